@@ -1,0 +1,64 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Every column of every table, once. Allocation, permutation, exchange between ranks, files and
+ * the manual follow from these two lists.
+ *
+ * COLUMN(name, element type, dimensions, lifetime, unit, file name, text)
+ *   lifetime  KEEP: travels between ranks and is saved in checkpoints; STEP: scratch of one step
+ *   unit      dimensions as powers of length, mass, velocity: "L^1", "M^1 L^-3", "V^2", "1"
+ *   file name data set in snapshots; "" = not written there
+ * A column is a typed pointer of struct species, NULL unless a module of the scene asked for it. */
+#ifndef TEPHRA_COLUMNS_H
+#define TEPHRA_COLUMNS_H
+#include <stdint.h>
+
+#define SPECIES_COLUMNS(COLUMN) \
+    COLUMN(pos,      double,   [3], KEEP, "L",        "Coordinates",     "position at the row's own time") \
+    COLUMN(vel,      double,   [3], KEEP, "V",        "Velocities",      "velocity at the row's own time") \
+    COLUMN(mass,     double,      , KEEP, "M",        "Masses",          "mass") \
+    COLUMN(id,       uint64_t,    , KEEP, "1",        "ParticleIDs",     "identity, unique over all species") \
+    COLUMN(acc,      float,    [3], KEEP, "V^2 L^-1", "Acceleration",    "acceleration at the row's own time, all forces") \
+    COLUMN(rung,     uint8_t,     , KEEP, "1",        "",                "step of 2^rung ticks: the row is active when it divides the tick") \
+    COLUMN(rung0,    uint8_t,     , KEEP, "1",        "",                "rung with which the present step began (see timeline.h)") \
+    COLUMN(u,        float,       , KEEP, "V^2",      "InternalEnergy",  "specific internal energy") \
+    COLUMN(du,       float,       , KEEP, "V^3 L^-1", "",                "rate of change of u by hydrodynamics") \
+    COLUMN(h,        float,       , KEEP, "L",        "SmoothingLength", "smoothing length; the kernel ends at 2h (files hold 2h)") \
+    COLUMN(rho,      float,       , KEEP, "M L^-3",   "Density",         "density") \
+    COLUMN(acc_old,  float,    [3], STEP, "V^2 L^-1", "",                "acceleration at the start of the step") \
+    COLUMN(du_old,   float,       , STEP, "V^3 L^-1", "",                "du at the start of the step") \
+    COLUMN(u_old,    float,       , STEP, "V^2",      "",                "u at the start of the step") \
+    COLUMN(dt,       float,       , STEP, "L V^-1",   "",                "longest step that every module allows") \
+    COLUMN(pot,      float,       , STEP, "V^2",      "Potential",       "potential of all other rows, own softened term left out") \
+    COLUMN(div_v,    float,       , STEP, "V L^-1",   "",                "divergence of the velocity") \
+    COLUMN(curl_v,   float,       , STEP, "V L^-1",   "",                "magnitude of the curl of the velocity") \
+    COLUMN(signal,   float,       , STEP, "V",        "",                "largest signal velocity towards a neighbour")
+
+/* NODE(name, element type, dimensions, unit, text): columns of the tree's cells beyond its frame.
+ * `moment` and others of run-time width state their width where they are asked for. */
+#define NODE_COLUMNS(NODE) \
+    NODE(moment, float,  , "", "multipole moments about the cell's centre; the layout is gravity's") \
+    NODE(reach,  float,  , "L", "radius of the sphere about the centre that holds all rows") \
+    NODE(h_max,  float,  , "L", "largest smoothing length among the gas rows")
+
+enum lifetime { KEEP, STEP };
+
+#define COLUMN(name, ...) COLUMN_##name,
+enum column { SPECIES_COLUMNS(COLUMN) N_COLUMNS };
+#undef COLUMN
+
+#define NODE(name, ...) NODE_##name,
+enum node_column { NODE_COLUMNS(NODE) N_NODE_COLUMNS };
+#undef NODE
+
+struct column_info {
+    const char *name;
+    int element_bytes;      /* size of one component */
+    int components;         /* 1 or 3 */
+    char kind;              /* 'd' double, 'f' float, 'u' unsigned integer */
+    enum lifetime lifetime;
+    const char *unit, *file_name, *text;
+};
+extern const struct column_info column_table[N_COLUMNS];
+
+struct node_column_info { const char *name; int element_bytes; const char *unit, *text; };
+extern const struct node_column_info node_column_table[N_NODE_COLUMNS];
+#endif

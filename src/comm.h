@@ -1,0 +1,25 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Ranks. comm_mpi.c is the one file that includes mpi.h; comm_none.c is built without MPI. A start
+ * without mpirun is one rank and does not initialise MPI at all. */
+#ifndef TEPHRA_COMM_H
+#define TEPHRA_COMM_H
+#include <stddef.h>
+#include <stdint.h>
+
+void comm_begin(int *argc, char ***argv);
+void comm_end(void);
+_Noreturn void comm_abort(int status);
+int comm_rank(void);
+int comm_size(void);
+void comm_barrier(void);
+/* Sums in rank order, so that the result is the same on every rank and in every run. */
+void comm_sum(double *values, int count);
+void comm_sum_int(int64_t *values, int count);
+void comm_min(double *values, int count);
+void comm_max(double *values, int count);
+void comm_broadcast(void *data, size_t bytes, int root);
+/* Rank r contributes bytes[r] bytes at offset sum(bytes[0..r-1]) of `all`, in place. */
+void comm_gather_all(void *all, const int64_t *bytes);
+/* bytes of every rank (comm_size entries) from this rank's own. */
+void comm_gather_counts(int64_t own, int64_t *counts);
+#endif

@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Memory, accounted by owner. Blocks are 64-byte aligned; a request that cannot be met ends the
+ * program with STATUS_ENVIRONMENT and says who asked for how much, so no caller tests for NULL. */
+#ifndef TEPHRA_MEM_H
+#define TEPHRA_MEM_H
+#include <stddef.h>
+#include <stdio.h>
+
+/* owner: a string literal such as "columns", "tree", "gravity". Zeroed. Zero bytes give NULL. */
+void *mem_alloc(const char *owner, size_t bytes);
+/* Keeps the contents up to the smaller size; new bytes are not cleared. block may be NULL. */
+void *mem_resize(const char *owner, void *block, size_t bytes);
+void mem_free(void *block);
+/* Bytes held now and at the highest since the start, all owners together. Safe from any thread. */
+size_t mem_now(void);
+size_t mem_peak(void);
+/* One line an owner: held now, highest. */
+void mem_report(FILE *stream);
+
+#define mem_array(owner, type, count) ((type *)mem_alloc(owner, (size_t)(count) * sizeof(type)))
+#endif

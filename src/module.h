@@ -1,0 +1,67 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * A module: one const struct and no other exported symbol. A block of that name in the scene, or
+ * its name as time.integrator, makes it part of the run; modules.c holds the one list. A step is a
+ * loop over the hooks of the modules in use, hook by hook, module by module in the list's order. */
+#ifndef TEPHRA_MODULE_H
+#define TEPHRA_MODULE_H
+#include "param.h"
+#include "sim.h"
+
+enum hook {
+    HOOK_PREDICT,   /* active rows to the present tick */
+    HOOK_ARRANGE,   /* keys, sort, ranks, tree: rebuild or refit */
+    HOOK_H,         /* smoothing lengths */
+    HOOK_DENSITY,   /* density, div v, curl v */
+    HOOK_FORCE,     /* every module ADDS to acc and du of the active rows */
+    HOOK_SOURCE,    /* stiff terms by exact or implicit integration */
+    HOOK_CORRECT,   /* active rows: the end of their step */
+    HOOK_EVENT,     /* rows change species or mass; indices hold to the end */
+    HOOK_LIMIT,     /* every module lowers dt of the active rows where it must; sleepers are woken */
+    HOOK_RECORD,    /* log line, energies, snapshot and picture if due */
+    N_HOOKS
+};
+extern const char *const hook_names[N_HOOKS];
+
+/* A conserved or booked quantity that a module adds to energy.csv. Names are the columns'. */
+struct energy_sink { void (*add)(struct energy_sink *sink, const char *column, double value); };
+
+/* A field of the private state that a checkpoint must hold. */
+struct saved { const char *name; size_t offset, bytes; };
+
+struct module {
+    const char *name, *doc;             /* doc: one line */
+    const struct param *params;         /* its block; NULL = no block (integrators) */
+    bool integrator;                    /* chosen by time.integrator instead of a block */
+    const char *const *requires;        /* names of modules that must be there too; NULL-ended */
+    size_t state_bytes;                 /* private state; params fill its fields by offset */
+    const struct saved *saved;          /* what a checkpoint holds of it; name NULL ends */
+    /* Checks parameters against each other (sim->problems) and asks for columns of species and nodes. */
+    void (*declare)(struct sim *sim, void *state);
+    void (*begin)(struct sim *sim, void *state);    /* rows are there; before the first step */
+    void (*end)(struct sim *sim, void *state);
+    void (*hook[N_HOOKS])(struct sim *sim, void *state);
+    void (*step)(struct sim *sim, void *state);     /* owns PREDICT to LIMIT (Hermite) */
+    void (*potential)(struct sim *sim, void *state);/* fills pot of all own rows, at full synchronisation */
+    void (*energy)(struct sim *sim, void *state, struct energy_sink *sink); /* own rows; summed over ranks */
+    void (*warn)(struct sim *sim, void *state);     /* settings beyond a known boundary: log_warning */
+};
+
+/* Makes initial conditions. Params describe its keys in `start` and in `tephra ics`. */
+struct generator {
+    const char *name, *doc;
+    const struct param *params;
+    size_t state_bytes;
+    /* Fills the species tables with exactly n rows in all; ids from 1. */
+    void (*make)(struct sim *sim, const void *state, int64_t n);
+};
+
+struct command {
+    const char *name, *usage, *doc;
+    int (*run)(int argc, char **argv);  /* argv[0] is the command's name; returns the exit status */
+};
+
+/* The one list (modules.c), each NULL-ended. */
+extern const struct module *const module_list[];
+extern const struct generator *const generator_list[];
+extern const struct command *const command_list[];
+#endif

@@ -1,0 +1,40 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * The four species, each a table of its own. Rows lie in memory in the order of their keys.
+ *
+ * A rank holds its own rows, [own, own + n_own), and around them the rows of other ranks that it
+ * needs; without MPI own = 0 and n_own = n. Rows hold their state at their own time (timeline.h). */
+#ifndef TEPHRA_SPECIES_H
+#define TEPHRA_SPECIES_H
+#include "columns.h"
+#include <stdbool.h>
+
+enum species_kind { GAS, CLOUD, STAR, DARK, N_SPECIES };
+enum { GAS_BIT = 1 << GAS, CLOUD_BIT = 1 << CLOUD, STAR_BIT = 1 << STAR, DARK_BIT = 1 << DARK,
+       ALL_SPECIES = (1 << N_SPECIES) - 1 };
+extern const char *const species_names[N_SPECIES];
+
+struct species {
+    enum species_kind kind;
+    int64_t n, capacity;            /* rows in use, rows allocated */
+    int64_t own, n_own;             /* this rank's rows */
+    uint64_t columns;               /* bit (1 << COLUMN_x): asked for */
+    int32_t *active;                /* the rows whose step ends now, ascending; own rows only */
+    int64_t n_active;
+#define COLUMN(name, type, dims, ...) type (*name) dims;
+    SPECIES_COLUMNS(COLUMN)
+#undef COLUMN
+};
+
+/* Marks a column as needed. Columns are allocated by species_reserve. */
+void species_need(struct species *table, enum column column);
+static inline bool species_has(const struct species *table, enum column column)
+{ return table->columns >> column & 1; }
+/* Makes room for `capacity` rows in every needed column; keeps the rows there are. */
+void species_reserve(struct species *table, int64_t capacity);
+void species_free(struct species *table);
+/* The column's storage, NULL if not needed, and the bytes of one row of it. */
+void *species_column(const struct species *table, enum column column);
+size_t species_row_bytes(enum column column);
+/* Reorders every KEEP column: new row i is old row order[i]; n rows remain. */
+void species_permute(struct species *table, const int32_t *order, int64_t n);
+#endif

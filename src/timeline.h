@@ -1,0 +1,45 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Integer time. The longest step is dt_max, 2^RUNG_TOP ticks; a row on rung r takes steps of 2^r
+ * ticks and is active whenever 2^r divides the tick. Ticks count from the start of the run.
+ *
+ * A row holds its state (pos, vel, u, acc, du) at its own time, the tick at which its step began;
+ * nothing is stored half way. Two bytes a row suffice for that: the step began at the last multiple
+ * of 2^rung0, and it ends at the next multiple of 2^rung. rung < rung0 is a row that was woken
+ * within its step. At tick_end every row is active, whatever its rung. */
+#ifndef TEPHRA_TIMELINE_H
+#define TEPHRA_TIMELINE_H
+#include <stdbool.h>
+#include <stdint.h>
+
+enum { RUNG_TOP = 40 };
+
+struct timeline {
+    double start;           /* time at tick 0 */
+    double dt_max;          /* 2^RUNG_TOP ticks */
+    int64_t tick;           /* now: the state that this step makes */
+    int64_t previous;       /* the tick of the step before */
+    int64_t tick_end;       /* the run ends here */
+    int64_t snapshot, energy, checkpoint, picture; /* cadences in ticks; 0 = never */
+};
+
+static inline double timeline_seconds(const struct timeline *t, int64_t ticks)
+{ return (double)ticks * (t->dt_max / (double)((int64_t)1 << RUNG_TOP)); }
+static inline double timeline_now(const struct timeline *t)
+{ return t->start + timeline_seconds(t, t->tick); }
+static inline bool timeline_divides(int64_t tick, int rung)
+{ return (tick & (((int64_t)1 << rung) - 1)) == 0; }
+static inline bool timeline_active(const struct timeline *t, int rung)
+{ return timeline_divides(t->tick, rung) || t->tick == t->tick_end; }
+/* Tick at which the step of a row that is not active now, or is about to be predicted, began. */
+static inline int64_t timeline_began(const struct timeline *t, int rung0)
+{ return (t->tick - 1) & ~(((int64_t)1 << rung0) - 1); }
+/* Time from the row's state to now: 0 for active rows, which PREDICT has brought to now. */
+static inline double timeline_lag(const struct timeline *t, int rung, int rung0)
+{ return timeline_active(t, rung) ? 0.0 : timeline_seconds(t, t->tick - timeline_began(t, rung0)); }
+/* The highest rung not above RUNG_TOP whose step divides the tick and lasts at most dt; -1 if even
+ * one tick is longer than dt. */
+int timeline_rung(const struct timeline *t, double dt);
+/* All rows are synchronous now. */
+static inline bool timeline_synchronous(const struct timeline *t)
+{ return timeline_active(t, RUNG_TOP); }
+#endif

@@ -1,0 +1,55 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * One octree over the global Morton key (128 bits, 42 a dimension) of all species. A cell holds a
+ * contiguous range of rows of each species. Cells and groups are functions of the keys alone, never
+ * of threads or ranks. Between rebuilds the cells are refitted: their centres drift and their boxes
+ * grow with the largest speed within, and rows that were active widen them where they must. */
+#ifndef TEPHRA_TREE_H
+#define TEPHRA_TREE_H
+#include "species.h"
+
+struct sim;
+
+struct node {
+    double pos[3];              /* centre of mass now (of the rows' centres, if all masses are 0) */
+    float vel[3];               /* its velocity */
+    float low[3], high[3];      /* box of all rows now, relative to pos; may be larger than needed */
+    float speed;                /* largest |v - vel| of a row, any component, until the next rebuild */
+    float mass;
+    int32_t parent, child;      /* first child, children are contiguous; -1 = none */
+    int32_t n_children;
+    int32_t first[N_SPECIES], count[N_SPECIES];
+    int32_t level;
+};
+
+struct tree {
+    struct node *node;          /* node[0] is the root; children come after their parent */
+    int32_t n_nodes, capacity;
+    int leaf_size;              /* a cell with more rows is split */
+    int64_t built, fitted;      /* ticks */
+    double corner[3], side;     /* of the root's cube */
+    int32_t *active_count;      /* per node: active own rows within; valid after tree_mark_active */
+    int width[N_NODE_COLUMNS];  /* elements a node; 0 = nobody asked */
+#define NODE(name, type, dims, ...) type (*name) dims;
+    NODE_COLUMNS(NODE)
+#undef NODE
+};
+
+/* Asks for a node column of `width` elements a node. Before the first build. */
+void tree_need(struct tree *tree, enum node_column column, int width);
+/* Keys, sort, permutation of every species, cells. Rows must be predictable to now. */
+void tree_build(struct sim *sim);
+/* Brings the cells to the present tick and widens them for the active rows. */
+void tree_refit(struct sim *sim);
+/* Fills active_count along the paths from the root to the active rows. */
+void tree_mark_active(struct sim *sim);
+/* Cells that are the topmost with at most `size` rows of the species in `mask` (and at least one):
+ * a partition of those rows in key order. Returns their number; *groups belongs to the caller. */
+int32_t tree_groups(const struct tree *tree, unsigned mask, int size, const char *owner, int32_t **groups);
+void tree_free(struct tree *tree);
+static inline int64_t node_rows(const struct node *node, unsigned mask)
+{
+    int64_t rows = 0;
+    for (int s = 0; s < N_SPECIES; s++) rows += mask >> s & 1 ? node->count[s] : 0;
+    return rows;
+}
+#endif
