@@ -31,6 +31,7 @@ struct saved { const char *name; size_t offset, bytes; };
 enum module_kind {
     MODULE_BLOCK,       /* used when the scene has a block of its name */
     MODULE_FRAME,       /* always used */
+    MODULE_DRIVER,      /* used in every run, not where only forces are asked for */
     MODULE_INTEGRATOR   /* used when time.integrator names it */
 };
 
