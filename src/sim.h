@@ -3,6 +3,7 @@
 #ifndef TEPHRA_SIM_H
 #define TEPHRA_SIM_H
 #include "fail.h"
+#include "integrate.h"
 #include "scene.h"
 #include "species.h"
 #include "timeline.h"
@@ -32,7 +33,7 @@ struct sim {
     struct profile *profile;
     struct failure failure;
     uint64_t seed;
-    int threads;
+    char *folder;           /* the run directory; NULL where nothing is written */
     bool want_potential;    /* this step is recorded: FORCE shall fill pot too */
     bool fresh_potential;   /* pot is of the present positions */
     int64_t steps, updates; /* steps done; row updates done */
@@ -64,10 +65,11 @@ void sim_write_used(const struct sim *sim, FILE *stream);
 void *sim_state(const struct sim *sim, const char *module);
 /* Records that a number failed: "energy of gas particle 42 is NaN (rho ..., h ..., u ...)". */
 void sim_fail(struct sim *sim, const struct species *table, int64_t row, const char *what);
-/* Position, and velocity if asked for, of a row now: what a walk stages (any thread). */
+/* Position of a row now, predicted if its step goes on: what a walk stages (any thread). */
 static inline void sim_predict(const struct timeline *time, const struct species *s, int64_t i, double pos[3])
 {
     double t = timeline_lag(time, s->rung[i], s->rung0[i]);
-    for (int k = 0; k < 3; k++) pos[k] = s->pos[i][k] + t * (s->vel[i][k] + 0.5 * t * (double)s->acc[i][k]);
+    for (int k = 0; k < 3; k++)
+        pos[k] = integrate_position(s->pos[i][k], s->vel[i][k], (double)s->acc[i][k], t);
 }
 #endif
