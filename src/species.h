@@ -7,6 +7,7 @@
 #define TEPHRA_SPECIES_H
 #include "columns.h"
 #include <stdbool.h>
+#include <stddef.h>
 
 enum species_kind { GAS, CLOUD, STAR, DARK, N_SPECIES };
 enum { GAS_BIT = 1 << GAS, CLOUD_BIT = 1 << CLOUD, STAR_BIT = 1 << STAR, DARK_BIT = 1 << DARK,
@@ -35,6 +36,8 @@ void species_free(struct species *table);
 /* The column's storage, NULL if not needed, and the bytes of one row of it. */
 void *species_column(const struct species *table, enum column column);
 size_t species_row_bytes(enum column column);
+/* to[i] = from[order[i]] for n rows of a column. */
+void species_gather(enum column column, const void *from, void *to, const int32_t *order, int64_t n);
 /* Reorders every KEEP column: new row i is old row order[i]; n rows remain. */
 void species_permute(struct species *table, const int32_t *order, int64_t n);
 #endif
