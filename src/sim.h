@@ -29,6 +29,7 @@ struct sim {
     struct call *call; int n_call;      /* the step, flat */
     struct profile *profile;
     struct failure failure;
+    char *used, *version;   /* texts for files: used.yml, and what made the run; NULL = none */
     uint64_t seed;
     int threads;
     bool want_potential;    /* this step is recorded: FORCE shall fill pot too */
