@@ -58,8 +58,9 @@ void species_reserve(struct species *table, int64_t capacity)
         *data = mem_resize("columns", *data, (size_t)capacity * row);
         memset((char *)*data + (size_t)kept * row, 0, (size_t)(capacity - kept) * row);
     }
-    if (capacity > table->capacity || !table->active)
-        table->active = mem_resize("columns", table->active, (size_t)capacity * sizeof *table->active);
+    if (capacity > table->capacity || !table->ending)
+        table->ending = mem_resize("columns", table->ending, (size_t)capacity * sizeof *table->ending);
+    table->active = table->ending;
     table->capacity = capacity;
 }
 
@@ -69,9 +70,9 @@ void species_free(struct species *table)
         mem_free(*slot(table, c));
         *slot(table, c) = NULL;
     }
-    mem_free(table->active);
-    table->active = NULL;
-    table->n = table->capacity = table->own = table->n_own = table->n_active = 0;
+    mem_free(table->ending);
+    table->ending = table->active = NULL;
+    table->n = table->capacity = table->own = table->n_own = table->n_ending = table->n_active = 0;
 }
 
 void species_gather(enum column column, const void *from, void *to, const int32_t *order, int64_t n)

@@ -19,8 +19,10 @@ struct species {
     int64_t n, capacity;            /* rows in use, rows allocated */
     int64_t own, n_own;             /* this rank's rows */
     uint64_t columns;               /* bit (1 << COLUMN_x): asked for */
-    int32_t *active;                /* the rows whose step ends now, ascending; own rows only */
+    int32_t *active;                /* own rows whose step ends now, ascending */
     int64_t n_active;
+    int32_t *ending;                /* all rows whose step ends now, other ranks' too; holds `active` */
+    int64_t n_ending;
 #define COLUMN(name, type, dims, ...) type (*name) dims;
     SPECIES_COLUMNS(COLUMN)
 #undef COLUMN

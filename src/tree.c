@@ -191,38 +191,35 @@ static int64_t lower_bound(const int32_t *list, int64_t from, int64_t to, int64_
     return from;
 }
 
-/* A part of each species' active list. */
-struct part { int64_t from[N_SPECIES], to[N_SPECIES]; };
+/* A part of each species' list of rows. */
+struct part { const int32_t *list[N_SPECIES]; int64_t from[N_SPECIES], to[N_SPECIES]; };
 
-static struct part part_of(const struct sim *sim, const struct part *parent, const struct node *node)
+static struct part part_of(const struct part *parent, const struct node *node)
 {
-    struct part part;
+    struct part part = *parent;
     for (int s = 0; s < N_SPECIES; s++) {
-        const int32_t *active = sim->species[s].active;
-        part.from[s] = lower_bound(active, parent->from[s], parent->to[s], node->first[s]);
-        part.to[s] = lower_bound(active, part.from[s], parent->to[s], (int64_t)node->first[s] + node->count[s]);
+        const int32_t *list = part.list[s];
+        part.from[s] = lower_bound(list, part.from[s], part.to[s], node->first[s]);
+        part.to[s] = lower_bound(list, part.from[s], part.to[s], (int64_t)node->first[s] + node->count[s]);
     }
     return part;
 }
 
-static struct part whole(const struct sim *sim)
+static int64_t part_rows(const struct part *part)
 {
-    struct part part = {0};
-    for (int s = 0; s < N_SPECIES; s++) part.to[s] = sim->species[s].n_active;
-    return part;
-}
-
-static void mark(struct sim *sim, int32_t n, const struct part *part)
-{
-    struct tree *tree = &sim->tree;
-    const struct node *node = &tree->node[n];
     int64_t rows = 0;
     for (int s = 0; s < N_SPECIES; s++) rows += part->to[s] - part->from[s];
-    tree->active_count[n] = (int32_t)rows;
-    if (rows == 0) return;
+    return rows;
+}
+
+static void mark(struct tree *tree, int32_t n, const struct part *part)
+{
+    const struct node *node = &tree->node[n];
+    tree->active_count[n] = (int32_t)part_rows(part);
+    if (tree->active_count[n] == 0) return;
     for (int32_t k = 0; k < node->n_children; k++) {
-        struct part below_here = part_of(sim, part, &tree->node[node->child + k]);
-        mark(sim, node->child + k, &below_here);
+        struct part inside = part_of(part, &tree->node[node->child + k]);
+        mark(tree, node->child + k, &inside);
     }
 }
 
@@ -231,30 +228,38 @@ void tree_mark_active(struct sim *sim)
     struct tree *tree = &sim->tree;
     if (tree->n_nodes == 0) return;
     memset(tree->active_count, 0, (size_t)tree->n_nodes * sizeof *tree->active_count);
-    struct part part = whole(sim);
-    mark(sim, 0, &part);
+    struct part part = {0};
+    for (int s = 0; s < N_SPECIES; s++) {
+        part.list[s] = sim->species[s].active;
+        part.to[s] = sim->species[s].n_active;
+    }
+    mark(tree, 0, &part);
 }
 
 static void follow(struct sim *sim, int32_t n, const struct part *part)
 {
     struct node *node = &sim->tree.node[n];
     for (int32_t k = 0; k < node->n_children; k++) {
-        int32_t child = node->child + k;
-        if (sim->tree.active_count[child] == 0) continue;
-        struct part below_here = part_of(sim, part, &sim->tree.node[child]);
-        follow(sim, child, &below_here);
-        widen_for_child(node, &sim->tree.node[child]);
+        struct node *child = &sim->tree.node[node->child + k];
+        struct part inside = part_of(part, child);
+        if (part_rows(&inside) == 0) continue;
+        follow(sim, node->child + k, &inside);
+        widen_for_child(node, child);
     }
     if (node->n_children > 0) return;
     for (int s = 0; s < N_SPECIES; s++)
         for (int64_t a = part->from[s]; a < part->to[s]; a++)
-            widen_for_row(sim, node, &sim->species[s], sim->species[s].active[a]);
+            widen_for_row(sim, node, &sim->species[s], part->list[s][a]);
 }
 
 void tree_follow(struct sim *sim)
 {
     if (sim->tree.n_nodes == 0) return;
-    struct part part = whole(sim);
+    struct part part = {0};
+    for (int s = 0; s < N_SPECIES; s++) {
+        part.list[s] = sim->species[s].ending;
+        part.to[s] = sim->species[s].n_ending;
+    }
     follow(sim, 0, &part);
 }
 

@@ -43,7 +43,7 @@ void tree_need_leaf(struct tree *tree, int rows);
 void tree_build(struct sim *sim);
 /* Brings the cells to the present tick: centres drift, boxes grow. */
 void tree_refit(struct sim *sim);
-/* Widens boxes and speeds for the active rows, whose paths have just changed: the step's last act. */
+/* Widens boxes and speeds for the rows whose step ends now and whose paths have just changed: the step's last act. */
 void tree_follow(struct sim *sim);
 /* Fills active_count along the paths from the root to the active rows. */
 void tree_mark_active(struct sim *sim);
