@@ -11,6 +11,7 @@
 
 struct module;
 struct profile;
+struct start;
 
 struct use { const struct module *module; void *state; };   /* a module of this scene */
 struct call { int hook, use; };                             /* one entry of the step */
@@ -27,6 +28,7 @@ struct sim {
     struct tree tree;
     struct use *use; int n_use;         /* modules in the list's order */
     struct call *call; int n_call;      /* the step, flat */
+    struct start *start;                /* where the rows come from (start.h) */
     struct profile *profile;
     struct failure failure;
     uint64_t seed;
@@ -35,6 +37,7 @@ struct sim {
     bool fresh_potential;   /* pot is of the present positions */
     int64_t steps, updates; /* steps done; row updates done */
     int64_t rebuild_rung;   /* the tree is rebuilt where 2^rebuild_rung divides the tick */
+    bool rebuild_next;      /* and at the next step, whatever its tick (after a checkpoint) */
 };
 
 /* Loops over the species that have rows. */
@@ -42,6 +45,21 @@ struct sim {
     for (struct species *table = (sim)->species; table < (sim)->species + N_SPECIES; table++) \
         if (table->n > 0)
 
+/* What a simulation is made for: SIM_FORCES has no time, no integrator and no output. */
+enum sim_purpose { SIM_RUN, SIM_FORCES };
+
+/* Reads units, start and the block of every module in use, and lets the modules ask for columns.
+ * Mistakes are collected in sim->problems: report them before going on. Owns the scene from now on. */
+struct sim *sim_new(struct scene *scene, enum sim_purpose purpose);
+/* After the rows are there: columns, module states. */
+void sim_begin(struct sim *sim);
+void sim_free(struct sim *sim);
+/* Runs every call of one hook, timed. */
+void sim_run_hook(struct sim *sim, int hook);
+/* Lists the rows whose step ends at the present tick; returns how many of all ranks. */
+int64_t sim_find_active(struct sim *sim);
+/* used.yml: a scene that reproduces the run. */
+void sim_write_used(const struct sim *sim, FILE *stream);
 /* State of the module in use by that name, or NULL. */
 void *sim_state(const struct sim *sim, const char *module);
 /* Records that a number failed: "energy of gas particle 42 is NaN (rho ..., h ..., u ...)". */
