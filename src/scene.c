@@ -79,6 +79,13 @@ const char *scene_value(const struct scene *scene, const char *block, const char
     return entry ? entry->value : NULL;
 }
 
+const char *scene_place(const struct scene *scene, const char *block, const char *key)
+{
+    const struct scene_block *found = scene_find(scene, block);
+    const struct scene_entry *entry = found && key ? find_entry(found, key) : NULL;
+    return entry ? entry->place : found ? found->place : scene->path ? scene->path : "--set";
+}
+
 static struct scene_block *add_block(struct scene *scene, const char *name, const char *place)
 {
     scene->block = mem_resize("scene", scene->block, (size_t)(scene->n + 1) * sizeof *scene->block);
