@@ -22,18 +22,6 @@ static _Noreturn void end_all(enum status status)
     exit((int)status);
 }
 
-__attribute__((format(printf, 1, 0), nonnull(1)))
-static char *format_text(const char *format, va_list arguments)
-{
-    va_list again;
-    va_copy(again, arguments);
-    int length = vsnprintf(NULL, 0, format, again);
-    va_end(again);
-    char *text = mem_alloc("messages", (size_t)length + 1);
-    vsnprintf(text, (size_t)length + 1, format, arguments);
-    return text;
-}
-
 void fail(enum status status, const char *format, ...)
 {
     char text[2048];    /* no allocation: memory may be what has run out */
@@ -55,7 +43,7 @@ void problems_add(struct problems *problems, const char *format, ...)
 {
     va_list arguments;
     va_start(arguments, format);
-    char *line = format_text(format, arguments);
+    char *line = mem_vformat("messages", format, arguments);
     va_end(arguments);
     size_t old = problems->text ? strlen(problems->text) : 0, added = strlen(line);
     problems->text = mem_resize("messages", problems->text, old + added + 2);
@@ -104,7 +92,7 @@ const char *fail_nearest(const char *word, const char *const *names, int count)
 {
     const char *nearest = NULL;
     size_t length = strlen(word);
-    if (length > LONGEST) return NULL;
+    if (length == 0 || length > LONGEST) return NULL;
     int best = smaller(4, 1 + (int)length / 4);  /* beyond this a guess misleads */
     for (int i = 0; i < count; i++) {
         if (strlen(names[i]) > LONGEST) continue;

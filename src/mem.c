@@ -106,6 +106,32 @@ void mem_free(void *block)
     free(old.raw);
 }
 
+char *mem_text(const char *owner, const char *text)
+{
+    size_t bytes = strlen(text) + 1;
+    return memcpy(mem_alloc(owner, bytes), text, bytes);
+}
+
+char *mem_vformat(const char *owner, const char *format, va_list arguments)
+{
+    va_list again;
+    va_copy(again, arguments);
+    size_t bytes = (size_t)vsnprintf(NULL, 0, format, again) + 1;
+    va_end(again);
+    char *text = mem_alloc(owner, bytes);
+    vsnprintf(text, bytes, format, arguments);
+    return text;
+}
+
+char *mem_format(const char *owner, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    char *text = mem_vformat(owner, format, arguments);
+    va_end(arguments);
+    return text;
+}
+
 size_t mem_now(void)
 {
     pthread_mutex_lock(&ledger.lock);

@@ -15,6 +15,10 @@
 #include <unistd.h>
 #include <cmocka.h>
 
+/* AddressSanitizer would end the program where malloc returns NULL. */
+const char *__asan_default_options(void);
+const char *__asan_default_options(void) { return "allocator_may_return_null=1"; }
+
 /* Runs `action` in a child; its stderr goes to text. Returns the exit status, or -1 for a signal. */
 static int run_child(void (*action)(void), char *text, size_t room)
 {
