@@ -32,7 +32,6 @@ struct sim {
     struct start *start;                /* where the rows come from (start.h) */
     struct profile *profile;
     struct failure failure;
-    char *used, *version;   /* texts for files: used.yml, and what made the run; NULL = none */
     uint64_t seed;
     char *folder;           /* the run directory; NULL where nothing is written */
     bool want_potential;    /* this step is recorded: FORCE shall fill pot too */
