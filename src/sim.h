@@ -32,7 +32,6 @@ struct sim {
     struct start *start;                /* where the rows come from (start.h) */
     struct profile *profile;
     struct failure failure;
-    char *used, *version;   /* texts for files: used.yml, and what made the run; NULL = none */
     uint64_t seed;
     char *folder;           /* the run directory; NULL where nothing is written */
     bool want_potential;    /* this step is recorded: FORCE shall fill pot too */
@@ -47,7 +46,7 @@ struct sim {
 
 /* Loops over the species that have rows. */
 #define for_species(sim, table) \
-    for (struct species *table = (sim)->species; table < (sim)->species + N_SPECIES; table++) \
+    for (__typeof__((sim)->species[0]) *table = (sim)->species; table < (sim)->species + N_SPECIES; table++) \
         if (table->n > 0)
 
 /* What a simulation is made for: SIM_FORCES has no time, no integrator and no output. */

@@ -7,10 +7,10 @@
 #include "h5.h"
 #include "layout.h"
 #include "mem.h"
+#include "provenance.h"
 #include "sort.h"
 #include <stdio.h>
 #include <string.h>
-#include <unistd.h>
 
 /* Rows of a species by ascending id. */
 static int32_t *rows_by_id(const struct species *table)
@@ -168,23 +168,6 @@ static void write_parameters(struct h5 *file, const struct sim *sim)
     }
 }
 
-static void write_provenance(struct h5 *file, const struct sim *sim)
-{
-    char host[100] = "";
-    gethostname(host, sizeof host - 1);
-    h5_group(file, "Provenance");
-    h5_attr_text(file, "Provenance", "program", sim->version ? sim->version : "tephra");
-    h5_attr_text(file, "Provenance", "scene", sim->used ? sim->used : "");
-    h5_attr_text(file, "Provenance", "title", sim->scene && sim->scene->title ? sim->scene->title : "");
-    h5_attr_text(file, "Provenance", "host", host);
-    h5_attr_int(file, "Provenance", "ranks", comm_size());
-    h5_attr_int(file, "Provenance", "threads", sim->threads);
-    h5_attr_int(file, "Provenance", "seed", (int64_t)sim->seed);
-    h5_attr_int(file, "Provenance", "steps", sim->steps);
-    h5_attr_int(file, "Provenance", "updates", sim->updates);
-    h5_attr_double(file, "Provenance", "G", sim->units.G);
-}
-
 void snapshot_write(const struct sim *sim, const char *path)
 {
     if (comm_rank() != 0) return;
@@ -193,7 +176,7 @@ void snapshot_write(const struct sim *sim, const char *path)
     write_parameters(file, sim);
     h5_group(file, "Units");
     write_units(file, sim, "Units");
-    write_provenance(file, sim);
+    provenance_write(file, sim);
     for (int s = 0; s < N_SPECIES; s++)
         if (sim->species[s].n > 0) write_species(file, sim, &sim->species[s]);
     h5_close(file);

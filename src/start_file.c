@@ -63,7 +63,8 @@ static void refuse_cosmology(struct reader *r)
 static bool named_units(struct reader *r)
 {
     static const char *const gadget[3] = {"UnitLength_in_cm", "UnitMass_in_g", "UnitVelocity_in_cm_per_s"};
-    static const char *const swift[3] = {"Unit length in cgs (U_L)", "Unit mass in cgs (U_M)", "Unit time in cgs (U_t)"};
+    static const char *const swift[3] = {"Unit length in cgs (U_L)", "Unit mass in cgs (U_M)",
+                                         "Unit time in cgs (U_t)"};
     double v[3];
     bool named = true;
     r->swift = true;
@@ -118,6 +119,9 @@ static void read_header(struct reader *r)
     h5_read_attr(r->file, "Header", "NumPart_ThisFile", r->count, LAYOUT_TYPES);
     refuse_cosmology(r);
     read_units(r);
+    double start = 0;
+    if (h5_read_attr(r->file, "Header", "Time", &start, 1)) r->sim->time.start = start * file_factor(r, "L V^-1");
+    if (start != 0) log_line("%s: the run starts at the file's time, %g", r->path, r->sim->time.start);
 }
 
 /* --- groups and data sets --- */
@@ -188,7 +192,9 @@ static void fill_missing(const struct group *g, int64_t before)
     char path[100];
     double mass = r->mass_table[g->type] * r->unit.mass, kelvin = layout_kelvin(r->sim);
     if (!find(g, "Masses", path)) {
-        if (mass == 0) problems_add(&r->sim->problems, "%s: PartType%d has neither Masses nor an entry in MassTable", r->path, g->type);
+        if (mass == 0)
+            problems_add(&r->sim->problems, "%s: PartType%d has neither Masses nor an entry in MassTable",
+                         r->path, g->type);
         for (int64_t i = g->first; i < g->first + g->n; i++) table->mass[i] = mass;
     }
     if (!find(g, "ParticleIDs", path)) {

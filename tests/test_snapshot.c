@@ -188,6 +188,7 @@ static void test_read_back(void **state)
         start_file_read(&again, PATH);
         if (again.problems.count) fail_msg("%s", again.problems.text);
         assert_true(again.species[CLOUD].n == 5 && again.species[STAR].n == 7 && again.species[DARK].n == 0);
+        close_to(again.time.start, 3);
         const struct species *gas = &again.species[GAS];
         assert_int_equal(gas->n, ROWS);
         for (int i = 0; i < ROWS; i++) {
