@@ -25,7 +25,6 @@
     COLUMN(rho,      float,       , KEEP, "M L^-3",   "Density",         "density") \
     COLUMN(acc_old,  float,    [3], STEP, "V^2 L^-1", "",                "acceleration at the start of the step") \
     COLUMN(du_old,   float,       , STEP, "V^3 L^-1", "",                "du at the start of the step") \
-    COLUMN(u_old,    float,       , STEP, "V^2",      "",                "u at the start of the step") \
     COLUMN(dt,       float,       , STEP, "L V^-1",   "",                "longest step that every module allows") \
     COLUMN(pot,      float,       , STEP, "V^2",      "Potential",       "potential of all other rows, own softened term left out") \
     COLUMN(div_v,    float,       , STEP, "V L^-1",   "",                "divergence of the velocity") \

@@ -17,6 +17,8 @@ void comm_sum(double *values, int count);
 void comm_sum_int(int64_t *values, int count);
 void comm_min(double *values, int count);
 void comm_max(double *values, int count);
+/* Smallest of each byte over the ranks. */
+void comm_min_bytes(uint8_t *values, int64_t count);
 void comm_broadcast(void *data, size_t bytes, int root);
 /* Rank r contributes bytes[r] bytes at offset sum(bytes[0..r-1]) of `all`, in place. */
 void comm_gather_all(void *all, const int64_t *bytes);

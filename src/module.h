@@ -28,10 +28,17 @@ struct energy_sink { void (*add)(struct energy_sink *sink, const char *column, d
 /* A field of the private state that a checkpoint must hold. */
 struct saved { const char *name; size_t offset, bytes; };
 
+enum module_kind {
+    MODULE_BLOCK,       /* used when the scene has a block of its name */
+    MODULE_FRAME,       /* always used */
+    MODULE_DRIVER,      /* used in every run, not where only forces are asked for */
+    MODULE_INTEGRATOR   /* used when time.integrator names it */
+};
+
 struct module {
     const char *name, *doc;             /* doc: one line */
-    const struct param *params;         /* its block; NULL = no block (integrators) */
-    bool integrator;                    /* chosen by time.integrator instead of a block */
+    enum module_kind kind;
+    const struct param *params;         /* its block; NULL = no block */
     const char *const *requires;        /* names of modules that must be there too; NULL-ended */
     size_t state_bytes;                 /* private state; params fill its fields by offset */
     const struct saved *saved;          /* what a checkpoint holds of it; name NULL ends */
@@ -40,7 +47,6 @@ struct module {
     void (*begin)(struct sim *sim, void *state);    /* rows are there; before the first step */
     void (*end)(struct sim *sim, void *state);
     void (*hook[N_HOOKS])(struct sim *sim, void *state);
-    void (*step)(struct sim *sim, void *state);     /* owns PREDICT to LIMIT (Hermite) */
     void (*potential)(struct sim *sim, void *state);/* fills pot of all own rows, at full synchronisation */
     void (*energy)(struct sim *sim, void *state, struct energy_sink *sink); /* own rows; summed over ranks */
     void (*warn)(struct sim *sim, void *state);     /* settings beyond a known boundary: log_warning */

@@ -3,6 +3,7 @@
 #ifndef TEPHRA_SIM_H
 #define TEPHRA_SIM_H
 #include "fail.h"
+#include "integrate.h"
 #include "scene.h"
 #include "species.h"
 #include "timeline.h"
@@ -11,6 +12,7 @@
 
 struct module;
 struct profile;
+struct start;
 
 struct use { const struct module *module; void *state; };   /* a module of this scene */
 struct call { int hook, use; };                             /* one entry of the step */
@@ -27,29 +29,50 @@ struct sim {
     struct tree tree;
     struct use *use; int n_use;         /* modules in the list's order */
     struct call *call; int n_call;      /* the step, flat */
+    struct start *start;                /* where the rows come from (start.h) */
     struct profile *profile;
     struct failure failure;
     uint64_t seed;
-    int threads;
+    char *folder;           /* the run directory; NULL where nothing is written */
     bool want_potential;    /* this step is recorded: FORCE shall fill pot too */
     bool fresh_potential;   /* pot is of the present positions */
     int64_t steps, updates; /* steps done; row updates done */
+    bool started;           /* the forces at the start are known */
+    double last_dt;         /* length of the step that ends now */
+    double wall_start, part_start; /* for the ETA only: clock, and part of the run done, at the start */
     int64_t rebuild_rung;   /* the tree is rebuilt where 2^rebuild_rung divides the tick */
+    bool rebuild_next;      /* and at the next step, whatever its tick (after a checkpoint) */
 };
 
 /* Loops over the species that have rows. */
 #define for_species(sim, table) \
-    for (struct species *table = (sim)->species; table < (sim)->species + N_SPECIES; table++) \
+    for (__typeof__((sim)->species[0]) *table = (sim)->species; table < (sim)->species + N_SPECIES; table++) \
         if (table->n > 0)
 
+/* What a simulation is made for: SIM_FORCES has no time, no integrator and no output. */
+enum sim_purpose { SIM_RUN, SIM_FORCES };
+
+/* Reads units, start and the block of every module in use, and lets the modules ask for columns.
+ * Mistakes are collected in sim->problems: report them before going on. Owns the scene from now on. */
+struct sim *sim_new(struct scene *scene, enum sim_purpose purpose);
+/* After the rows are there: columns, module states. */
+void sim_begin(struct sim *sim);
+void sim_free(struct sim *sim);
+/* Runs every call of one hook, timed; whatever fails meanwhile, since other ranks go on. */
+void sim_run_hook(struct sim *sim, int hook);
+/* Lists the rows whose step ends at the present tick; returns how many of all ranks. */
+int64_t sim_find_active(struct sim *sim);
+/* used.yml: a scene that reproduces the run. */
+void sim_write_used(const struct sim *sim, FILE *stream);
 /* State of the module in use by that name, or NULL. */
 void *sim_state(const struct sim *sim, const char *module);
 /* Records that a number failed: "energy of gas particle 42 is NaN (rho ..., h ..., u ...)". */
 void sim_fail(struct sim *sim, const struct species *table, int64_t row, const char *what);
-/* Position, and velocity if asked for, of a row now: what a walk stages (any thread). */
+/* Position of a row now, predicted if its step goes on: what a walk stages (any thread). */
 static inline void sim_predict(const struct timeline *time, const struct species *s, int64_t i, double pos[3])
 {
     double t = timeline_lag(time, s->rung[i], s->rung0[i]);
-    for (int k = 0; k < 3; k++) pos[k] = s->pos[i][k] + t * (s->vel[i][k] + 0.5 * t * (double)s->acc[i][k]);
+    for (int k = 0; k < 3; k++)
+        pos[k] = integrate_position(s->pos[i][k], s->vel[i][k], (double)s->acc[i][k], t);
 }
 #endif

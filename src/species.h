@@ -7,6 +7,7 @@
 #define TEPHRA_SPECIES_H
 #include "columns.h"
 #include <stdbool.h>
+#include <stddef.h>
 
 enum species_kind { GAS, CLOUD, STAR, DARK, N_SPECIES };
 enum { GAS_BIT = 1 << GAS, CLOUD_BIT = 1 << CLOUD, STAR_BIT = 1 << STAR, DARK_BIT = 1 << DARK,
@@ -18,8 +19,10 @@ struct species {
     int64_t n, capacity;            /* rows in use, rows allocated */
     int64_t own, n_own;             /* this rank's rows */
     uint64_t columns;               /* bit (1 << COLUMN_x): asked for */
-    int32_t *active;                /* the rows whose step ends now, ascending; own rows only */
+    int32_t *active;                /* own rows whose step ends now, ascending */
     int64_t n_active;
+    int32_t *ending;                /* all rows whose step ends now, other ranks' too; holds `active` */
+    int64_t n_ending;
 #define COLUMN(name, type, dims, ...) type (*name) dims;
     SPECIES_COLUMNS(COLUMN)
 #undef COLUMN
@@ -35,6 +38,8 @@ void species_free(struct species *table);
 /* The column's storage, NULL if not needed, and the bytes of one row of it. */
 void *species_column(const struct species *table, enum column column);
 size_t species_row_bytes(enum column column);
+/* to[i] = from[order[i]] for n rows of a column. */
+void species_gather(enum column column, const void *from, void *to, const int32_t *order, int64_t n);
 /* Reorders every KEEP column: new row i is old row order[i]; n rows remain. */
 void species_permute(struct species *table, const int32_t *order, int64_t n);
 #endif

@@ -17,9 +17,10 @@ struct timeline {
     double start;           /* time at tick 0 */
     double dt_max;          /* 2^RUNG_TOP ticks */
     int64_t tick;           /* now: the state that this step makes */
-    int64_t previous;       /* the tick of the step before */
     int64_t tick_end;       /* the run ends here */
     int64_t snapshot, energy, checkpoint, picture; /* cadences in ticks; 0 = never */
+    bool common;            /* one step for all rows */
+    bool classic;           /* time.criterion: classic */
 };
 
 static inline double timeline_seconds(const struct timeline *t, int64_t ticks)
@@ -36,6 +37,9 @@ static inline int64_t timeline_began(const struct timeline *t, int rung0)
 /* Time from the row's state to now: 0 for active rows, which PREDICT has brought to now. */
 static inline double timeline_lag(const struct timeline *t, int rung, int rung0)
 { return timeline_active(t, rung) ? 0.0 : timeline_seconds(t, t->tick - timeline_began(t, rung0)); }
+/* Length of the step that ends now for an active row; 0 at the very start. */
+static inline double timeline_step(const struct timeline *t, int rung0)
+{ return t->tick == 0 ? 0.0 : timeline_seconds(t, t->tick - timeline_began(t, rung0)); }
 /* The highest rung not above RUNG_TOP whose step divides the tick and lasts at most dt; -1 if even
  * one tick is longer than dt. */
 int timeline_rung(const struct timeline *t, double dt);

@@ -36,10 +36,15 @@ struct tree {
 
 /* Asks for a node column of `width` elements a node. Before the first build. */
 void tree_need(struct tree *tree, enum node_column column, int width);
-/* Keys, sort, permutation of every species, cells. Rows must be predictable to now. */
+/* Asks that leaves hold at most `rows` rows; the smallest wish counts. Groups that are to be smaller
+ * than leaves are not to be had; rows at one place share a leaf, however many they are. */
+void tree_need_leaf(struct tree *tree, int rows);
+/* Keys, sort, permutation of every species, cells. */
 void tree_build(struct sim *sim);
-/* Brings the cells to the present tick and widens them for the active rows. */
+/* Brings the cells to the present tick: centres drift, boxes grow. */
 void tree_refit(struct sim *sim);
+/* Widens boxes and speeds for the rows whose step ends now and whose paths have just changed: the step's last act. */
+void tree_follow(struct sim *sim);
 /* Fills active_count along the paths from the root to the active rows. */
 void tree_mark_active(struct sim *sim);
 /* Cells that are the topmost with at most `size` rows of the species in `mask` (and at least one):

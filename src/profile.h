@@ -1,0 +1,20 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Where the time goes: seconds, calls and rows of every entry of the step. Reported, never used in
+ * a decision. */
+#ifndef TEPHRA_PROFILE_H
+#define TEPHRA_PROFILE_H
+#include <stdint.h>
+
+struct sim;
+struct profile;
+
+struct profile *profile_new(int calls);
+void profile_free(struct profile *profile);
+void profile_start(struct profile *profile);
+void profile_stop(struct profile *profile, int call, int64_t rows);
+/* profile.csv: hook,module,wall_s,cpu_s,calls,rows. */
+void profile_write(const struct sim *sim, const char *path);
+/* Seconds by the clock (only differences mean something), and user and system time of all threads. */
+double profile_wall(void);
+double profile_cpu(void);
+#endif

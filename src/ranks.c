@@ -1,0 +1,151 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Rows on several ranks: see ranks.h. */
+#include "ranks.h"
+#include "comm.h"
+#include "mem.h"
+#include "module.h"
+#include <math.h>
+#include <string.h>
+
+/* Rows of the cells between which domains are cut: well above every group of gravity and SPH, well
+ * below a domain. */
+enum { ATOM_ROWS = 512 };
+
+/* Updates due a full step, in units of the smallest that doubles can add exactly. */
+static double cell_work(const struct sim *sim, const struct node *node)
+{
+    double work = 0;
+    for (int s = 0; s < N_SPECIES; s++)
+        for (int32_t i = node->first[s]; i < node->first[s] + node->count[s]; i++)
+            work += ldexp(1.0, RUNG_TOP - sim->species[s].rung[i]);
+    return work;
+}
+
+void ranks_divide(struct sim *sim)
+{
+    int size = comm_size(), rank = comm_rank();
+    for (int s = 0; s < N_SPECIES; s++) {
+        sim->species[s].own = 0;
+        sim->species[s].n_own = size == 1 ? sim->species[s].n : 0;
+    }
+    if (size == 1) return;
+    int32_t *atom, n = tree_groups(&sim->tree, ALL_SPECIES, ATOM_ROWS, "ranks", &atom);
+    double total = 0, before = 0;
+    double *work = mem_array("ranks", double, n);
+    for (int32_t a = 0; a < n; a++) total += work[a] = cell_work(sim, &sim->tree.node[atom[a]]);
+    for (int32_t a = 0; a < n; before += work[a++]) {
+        int owner = (int)floor((before + 0.5 * work[a]) / total * size);
+        if (owner != rank) continue;
+        const struct node *node = &sim->tree.node[atom[a]];
+        for (int s = 0; s < N_SPECIES; s++) {
+            if (sim->species[s].n_own == 0) sim->species[s].own = node->first[s];
+            sim->species[s].n_own += node->count[s];
+        }
+    }
+    mem_free(work);
+    mem_free(atom);
+}
+
+/* One message: for each species the number of rows, then row numbers, then the columns in turn. */
+static size_t row_bytes(const struct species *s, uint64_t columns)
+{
+    size_t bytes = sizeof(int32_t);
+    for (int c = 0; c < N_COLUMNS; c++)
+        if (columns >> c & 1 && species_has(s, c)) bytes += species_row_bytes(c);
+    return bytes;
+}
+
+static char *pack(const struct sim *sim, uint64_t columns, char *to)
+{
+    for (int k = 0; k < N_SPECIES; k++) {
+        const struct species *s = &sim->species[k];
+        memcpy(to, &s->n_active, sizeof s->n_active);
+        to += sizeof s->n_active;
+        memcpy(to, s->active, (size_t)s->n_active * sizeof *s->active);
+        to += (size_t)s->n_active * sizeof *s->active;
+        for (int c = 0; c < N_COLUMNS; c++) {
+            if (!(columns >> c & 1) || !species_has(s, c) || s->n_active == 0) continue;
+            species_gather(c, species_column(s, c), to, s->active, s->n_active);
+            to += (size_t)s->n_active * species_row_bytes(c);
+        }
+    }
+    return to;
+}
+
+static const char *unpack(struct sim *sim, uint64_t columns, const char *from)
+{
+    for (int k = 0; k < N_SPECIES; k++) {
+        struct species *s = &sim->species[k];
+        int64_t rows;
+        memcpy(&rows, from, sizeof rows);
+        from += sizeof rows;
+        const char *list = from;
+        from += (size_t)rows * sizeof(int32_t);
+        for (int c = 0; c < N_COLUMNS; c++) {
+            if (!(columns >> c & 1) || !species_has(s, c) || rows == 0) continue;
+            size_t bytes = species_row_bytes(c);
+            char *data = species_column(s, c);
+            for (int64_t r = 0; r < rows; r++, from += bytes) {
+                int32_t row;
+                memcpy(&row, list + (size_t)r * sizeof row, sizeof row);
+                memcpy(data + (size_t)row * bytes, from, bytes);
+            }
+        }
+    }
+    return from;
+}
+
+void ranks_share(struct sim *sim, uint64_t columns)
+{
+    int size = comm_size();
+    if (size == 1) return;
+    int64_t own = 0, total = 0, offset = 0, *bytes = mem_array("ranks", int64_t, size);
+    for (int k = 0; k < N_SPECIES; k++)
+        own += (int64_t)sizeof(int64_t) + sim->species[k].n_active * (int64_t)row_bytes(&sim->species[k], columns);
+    comm_gather_counts(own, bytes);
+    for (int r = 0; r < size; r++) {
+        if (r < comm_rank()) offset += bytes[r];
+        total += bytes[r];
+    }
+    char *all = mem_alloc("ranks", (size_t)total);
+    pack(sim, columns, all + offset);
+    comm_gather_all(all, bytes);
+    const char *from = all;
+    for (int r = 0; r < size; r++) from = unpack(sim, columns, from);
+    mem_free(all);
+    mem_free(bytes);
+}
+
+void ranks_share_rows(struct sim *sim)
+{
+    if (comm_size() == 1) return;
+    uint64_t columns = sim->want_potential ? (uint64_t)1 << COLUMN_pot : 0;
+    for (int c = 0; c < N_COLUMNS; c++)
+        if (column_table[c].lifetime == KEEP) columns |= (uint64_t)1 << c;
+    ranks_share(sim, columns);
+    for_species(sim, s) comm_min_bytes(s->rung, s->n);
+}
+
+bool ranks_failed(const struct sim *sim)
+{
+    double failed = sim->failure.set;
+    comm_max(&failed, 1);
+    return failed > 0;
+}
+
+static void share_h(struct sim *sim, void *state)
+{
+    (void)state;
+    ranks_share(sim, (uint64_t)1 << COLUMN_h);
+}
+
+static void share_density(struct sim *sim, void *state)
+{
+    (void)state;
+    ranks_share(sim, (uint64_t)1 << COLUMN_rho | (uint64_t)1 << COLUMN_div_v | (uint64_t)1 << COLUMN_curl_v);
+}
+
+const struct module ranks_module = {
+    .name = "ranks", .doc = "what one rank computes reaches the others", .kind = MODULE_DRIVER,
+    .hook = {[HOOK_H] = share_h, [HOOK_DENSITY] = share_density},
+};

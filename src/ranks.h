@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Rows on several ranks. In the present scheme every rank holds all rows, in the same order, and
+ * works on its own part: what it computes is sent to the others after H, DENSITY and the end of the
+ * step. Domains are cut between cells of the tree, so forces do not depend on the number of ranks. */
+#ifndef TEPHRA_RANKS_H
+#define TEPHRA_RANKS_H
+#include "columns.h"
+#include <stdbool.h>
+
+struct sim;
+
+/* After a build: each rank's own rows, balanced by the updates due until the next full step. */
+void ranks_divide(struct sim *sim);
+/* Sends columns of the own active rows to the other ranks. `columns`: bits 1 << COLUMN_x. */
+void ranks_share(struct sim *sim, uint64_t columns);
+/* At the end of a step: every KEEP column of the active rows, and the rungs of sleepers that any
+ * rank has woken. */
+void ranks_share_rows(struct sim *sim);
+/* Whether sim->failure is set on any rank. */
+bool ranks_failed(const struct sim *sim);
+#endif

@@ -1,0 +1,9 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Radix sort of keys with the rows they belong to. */
+#ifndef TEPHRA_SORT_H
+#define TEPHRA_SORT_H
+#include <stdint.h>
+
+/* Sorts key[0..n-1] ascending and carries row[] along; stable. */
+void sort_keys(uint64_t *key, int32_t *row, int64_t n);
+#endif

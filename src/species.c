@@ -1,0 +1,108 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Tables of the four species: columns on demand. */
+#include "species.h"
+#include "fail.h"
+#include "mem.h"
+#include <string.h>
+
+const char *const species_names[N_SPECIES] = {"gas", "cloud", "star", "dark"};
+
+#define KIND(type) _Generic((type)0, double: 'd', float: 'f', default: 'u')
+#define COLUMN(field, type, dims, lifetime, unit, file, text) \
+    {#field, sizeof(type), (int)(sizeof(*((struct species *)0)->field) / sizeof(type)), KIND(type), \
+     lifetime, unit, file, text},
+const struct column_info column_table[N_COLUMNS] = {SPECIES_COLUMNS(COLUMN)};
+#undef COLUMN
+
+#define NODE(field, type, dims, unit, text) {#field, sizeof(type), unit, text},
+const struct node_column_info node_column_table[N_NODE_COLUMNS] = {NODE_COLUMNS(NODE)};
+#undef NODE
+
+/* Where the pointer of a column stands in the struct. */
+static void **slot(const struct species *table, enum column column)
+{
+    static const size_t offset[N_COLUMNS] = {
+#define COLUMN(field, ...) offsetof(struct species, field),
+        SPECIES_COLUMNS(COLUMN)
+#undef COLUMN
+    };
+    return (void **)((char *)table + offset[column]);
+}
+
+void species_need(struct species *table, enum column column)
+{
+    table->columns |= (uint64_t)1 << column;
+}
+
+void *species_column(const struct species *table, enum column column)
+{
+    return *slot(table, column);
+}
+
+size_t species_row_bytes(enum column column)
+{
+    return (size_t)(column_table[column].element_bytes * column_table[column].components);
+}
+
+void species_reserve(struct species *table, int64_t capacity)
+{
+    if (capacity > INT32_MAX) fail(STATUS_INPUT, "%lld %s rows on one rank: at most 2^31 - 1; use more ranks",
+                                   (long long)capacity, species_names[table->kind]);
+    if (capacity < table->capacity) capacity = table->capacity;
+    for (int c = 0; c < N_COLUMNS; c++) {
+        if (!species_has(table, c)) continue;
+        void **data = slot(table, c);
+        size_t row = species_row_bytes(c);
+        int64_t kept = *data ? table->n : 0;
+        if (capacity == 0 || (*data && capacity == table->capacity)) continue;
+        *data = mem_resize("columns", *data, (size_t)capacity * row);
+        memset((char *)*data + (size_t)kept * row, 0, (size_t)(capacity - kept) * row);
+    }
+    if (capacity > table->capacity || !table->ending)
+        table->ending = mem_resize("columns", table->ending, (size_t)capacity * sizeof *table->ending);
+    table->active = table->ending;
+    table->capacity = capacity;
+}
+
+void species_free(struct species *table)
+{
+    for (int c = 0; c < N_COLUMNS; c++) {
+        mem_free(*slot(table, c));
+        *slot(table, c) = NULL;
+    }
+    mem_free(table->ending);
+    table->ending = table->active = NULL;
+    table->n = table->capacity = table->own = table->n_own = table->n_ending = table->n_active = 0;
+}
+
+void species_gather(enum column column, const void *from, void *to, const int32_t *order, int64_t n)
+{
+    const char *source = from;
+    char *target = to;
+    size_t row = species_row_bytes(column);
+#define COPY(bytes) \
+    case bytes: \
+        for (int64_t i = 0; i < n; i++) memcpy(target + i * bytes, source + (int64_t)order[i] * bytes, bytes); \
+        break;
+    switch (row) {      /* a constant size lets the copy become a few moves */
+    COPY(1) COPY(4) COPY(8) COPY(12) COPY(24)
+    default: fail(STATUS_FAULT, "no copy for rows of %zu bytes (%s)", row, column_table[column].name);
+    }
+#undef COPY
+}
+
+void species_permute(struct species *table, const int32_t *order, int64_t n)
+{
+    check(n <= table->n);
+    table->n = n;
+    bool sorted = true;
+    for (int64_t i = 0; i < n && sorted; i++) sorted = order[i] == i;
+    if (sorted) return;
+    for (int c = 0; c < N_COLUMNS; c++) {
+        if (!species_has(table, c) || column_table[c].lifetime != KEEP) continue;
+        void *fresh = mem_alloc("columns", (size_t)table->capacity * species_row_bytes(c));
+        species_gather(c, *slot(table, c), fresh, order, n);
+        mem_free(*slot(table, c));
+        *slot(table, c) = fresh;
+    }
+}

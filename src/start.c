@@ -1,0 +1,81 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * The block `start`. */
+#include "start.h"
+#include "mem.h"
+#include "module.h"
+#include "start_file.h"
+#include <string.h>
+
+const struct param start_params[] = {
+    {"generator", PARAM_TEXT, "", "none", 0, 0, NULL, "initial conditions made by the program: see `tephra ics`",
+     false, offsetof(struct start, generator)},
+    {"file", PARAM_PATH, "", "none", 0, 0, NULL, "initial conditions read from a file (HDF5 snapshot)",
+     false, offsetof(struct start, file)},
+    {"n", PARAM_COUNT, "", "none", 1, 1e12, NULL, "total number of particles that the generator makes, exactly",
+     false, offsetof(struct start, n)},
+    {"seed", PARAM_COUNT, "", "1", 0, 9e15, NULL, "seed of all random numbers of the run",
+     false, offsetof(struct start, seed)},
+    {0}
+};
+
+const struct generator *start_find_generator(const char *name)
+{
+    for (const struct generator *const *g = generator_list; *g; g++)
+        if (strcmp((*g)->name, name) == 0) return *g;
+    return NULL;
+}
+
+static void unknown_generator(struct sim *sim, const char *name)
+{
+    const char *names[64];
+    int count = 0;
+    for (const struct generator *const *g = generator_list; *g && count < 64; g++) names[count++] = (*g)->name;
+    const char *near = fail_nearest(name, names, count);
+    problems_add(&sim->problems, "start.generator: there is no \"%s\"%s%s%s; `tephra ics` lists them", name,
+                 near ? " (did you mean \"" : "", near ? near : "", near ? "\"?)" : "");
+}
+
+void start_targets(const struct start *start, struct param_target targets[3])
+{
+    targets[0] = (struct param_target){start_params, (void *)start};
+    targets[1] = (struct param_target){start->maker ? start->maker->params : NULL, start->maker_state};
+    targets[2] = (struct param_target){NULL, NULL};
+}
+
+void start_read(struct sim *sim)
+{
+    struct start *start = sim->start = mem_alloc("frame", sizeof *start);
+    const char *name = scene_value(sim->scene, "start", "generator");
+    if (name) {
+        start->maker = start_find_generator(name);
+        if (!start->maker) {
+            unknown_generator(sim, name);
+            return;
+        }
+        start->maker_state = mem_alloc("frame", start->maker->state_bytes);
+    }
+    struct param_target targets[3];
+    start_targets(start, targets);
+    param_read(sim->scene, "start", targets, &sim->units, &sim->problems);
+    if (!start->generator == !start->file)
+        problems_add(&sim->problems, "start: give either a generator or a file");
+    if (start->generator && start->n < 0)
+        problems_add(&sim->problems, "start.n: say how many particles the generator shall make");
+    if (start->file && start->n >= 0)
+        problems_add(&sim->problems, "start.n: has no meaning with start.file");
+    sim->seed = (uint64_t)start->seed;
+}
+
+void start_load(struct sim *sim)
+{
+    const struct start *start = sim->start;
+    if (start->maker) start->maker->make(sim, start->maker_state, start->n);
+    else start_file_read(sim, start->file);
+}
+
+void start_free(struct start *start)
+{
+    if (!start) return;
+    mem_free(start->maker_state);
+    mem_free(start);
+}

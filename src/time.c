@@ -1,0 +1,95 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * The block `time`: the length of a run and its steps. At the start of LIMIT every active row may
+ * take the longest step; what the modules leave of it becomes its rung at the end (steps.c). */
+#include "log.h"
+#include "module.h"
+#include "output.h"
+#include <math.h>
+#include <string.h>
+
+struct time_block {
+    double end, dt_max;
+    char *integrator;
+    int criterion, steps;
+};
+
+enum { SIGNAL, CLASSIC };
+enum { INDIVIDUAL, COMMON };
+
+static const struct param params[] = {
+    {"end", PARAM_REAL, "time", NULL, 0, 0, NULL, "time at which the run ends", true,
+     offsetof(struct time_block, end)},
+    {"integrator", PARAM_TEXT, "", "leapfrog", 0, 0, NULL,
+     "leapfrog (kick-drift-kick) or pec (predictor-corrector)", false,
+     offsetof(struct time_block, integrator)},
+    {"criterion", PARAM_CHOICE, "", "signal", 0, 0, "signal|classic",
+     "time-step criterion: signal velocity, or 0.1 min(sqrt(2h/|a|), h/|v|, h/c, u/|du|)", false,
+     offsetof(struct time_block, criterion)},
+    {"steps", PARAM_CHOICE, "", "individual", 0, 0, "individual|common",
+     "a step for each row, in powers of two, or the shortest of them for all", false,
+     offsetof(struct time_block, steps)},
+    {"dt_max", PARAM_REAL, "time", "none", 1e-300, 1e300, NULL,
+     "longest step; default: the shortest of the output cadences", false,
+     offsetof(struct time_block, dt_max)},
+    {0}
+};
+
+/* Ticks of a cadence, a power-of-two multiple of the longest step near what was asked. */
+static int64_t cadence_ticks(const struct timeline *time, double every, const char *what)
+{
+    if (!(every > 0)) return 0;
+    int power = (int)lround(log2(every / time->dt_max));
+    if (power < 0) power = 0;
+    double got = ldexp(time->dt_max, power);
+    if (fabs(got - every) > 1e-9 * every)
+        log_line("output.%s: %g is not a power-of-two multiple of the longest step, %g taken", what, every, got);
+    return (int64_t)1 << (RUNG_TOP + power);
+}
+
+static void time_declare(struct sim *sim, void *state)
+{
+    struct time_block *block = state;
+    struct timeline *time = &sim->time;
+    const struct output *output = sim_state(sim, "output");
+    double shortest = output->snapshot_every;
+    if (output->energy_every > 0) shortest = fmin(shortest, output->energy_every);
+    if (output->checkpoint_every > 0) shortest = fmin(shortest, output->checkpoint_every);
+    time->dt_max = shortest;
+    while (block->dt_max > 0 && time->dt_max > block->dt_max * (1 + 1e-12)) time->dt_max /= 2;
+    time->snapshot = cadence_ticks(time, output->snapshot_every, "snapshot_every");
+    time->energy = cadence_ticks(time, output->energy_every, "energy_every");
+    time->checkpoint = cadence_ticks(time, output->checkpoint_every, "checkpoint_every");
+    if (output->picture_every > 0) {
+        int64_t steps = llround(output->picture_every / time->dt_max);
+        time->picture = (steps > 0 ? steps : 1) << RUNG_TOP;
+    }
+    time->common = block->steps == COMMON;
+    time->classic = block->criterion == CLASSIC;
+    for (int s = 0; s < N_SPECIES; s++) species_need(&sim->species[s], COLUMN_dt);
+}
+
+/* The end lies on a grid of 2^-20 of the longest step, so that a run can be continued from it. */
+static void time_begin(struct sim *sim, void *state)
+{
+    const struct time_block *block = state;
+    const int grid = 20;
+    double steps = (block->end - sim->time.start) / sim->time.dt_max;
+    if (!(steps >= 0 && steps < 4e6))
+        fail(STATUS_INPUT, "time.end = %g: the run starts at %g and its longest step is %g: "
+             "between 0 and 4e6 of them are possible", block->end, sim->time.start, sim->time.dt_max);
+    sim->time.tick_end = llround(ldexp(steps, grid)) << (RUNG_TOP - grid);
+}
+
+static void time_limit(struct sim *sim, void *state)
+{
+    (void)state;
+    for_species(sim, s)
+        for (int64_t a = 0; a < s->n_active; a++) s->dt[s->active[a]] = (float)sim->time.dt_max;
+}
+
+const struct module time_module = {
+    .name = "time", .doc = "length of the run, integrator, steps", .kind = MODULE_DRIVER,
+    .params = params, .state_bytes = sizeof(struct time_block),
+    .declare = time_declare, .begin = time_begin,
+    .hook[HOOK_LIMIT] = time_limit,
+};

@@ -1,0 +1,285 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * The octree's life between two builds: build, refit, follow, groups. Which cells there are is
+ * decided in tree_cells.c, by the keys alone. */
+#include "tree_cells.h"
+#include "mem.h"
+#include "sim.h"
+#include <math.h>
+#include <string.h>
+
+void tree_need(struct tree *tree, enum node_column column, int width)
+{
+    check(width > 0);
+    tree->width[column] = width;
+}
+
+void tree_need_leaf(struct tree *tree, int rows)
+{
+    check(rows > 0);
+    if (tree->leaf_size == 0 || rows < tree->leaf_size) tree->leaf_size = rows;
+}
+
+/* Node columns follow the number of cells. */
+static void reserve_columns(struct tree *tree)
+{
+    void **slot[N_NODE_COLUMNS] = {
+#define NODE(name, ...) (void **)&tree->name,
+        NODE_COLUMNS(NODE)
+#undef NODE
+    };
+    for (int c = 0; c < N_NODE_COLUMNS; c++) {
+        if (tree->width[c] == 0) continue;
+        mem_free(*slot[c]);
+        *slot[c] = mem_alloc("tree", (size_t)tree->n_nodes * (size_t)tree->width[c]
+                                     * (size_t)node_column_table[c].element_bytes);
+    }
+    mem_free(tree->active_count);
+    tree->active_count = mem_array("tree", int32_t, tree->n_nodes);
+}
+
+void tree_free(struct tree *tree)
+{
+#define NODE(name, ...) mem_free(tree->name); tree->name = NULL;
+    NODE_COLUMNS(NODE)
+#undef NODE
+    mem_free(tree->active_count);
+    mem_free(tree->node);
+    tree->active_count = NULL;
+    tree->node = NULL;
+    tree->n_nodes = tree->capacity = 0;
+}
+
+/* A box bound in float that certainly holds x. */
+static float below(double x) { return (float)x - 1.2e-7f * fabsf((float)x); }
+static float above(double x) { return (float)x + 1.2e-7f * fabsf((float)x); }
+
+/* Where a row is now and how far its velocity may be from `vel` until its step ends. */
+static double row_path(const struct sim *sim, const struct species *s, int64_t i, double pos[3], double vel[3])
+{
+    const struct timeline *time = &sim->time;
+    double lag = timeline_lag(time, s->rung[i], s->rung0[i]), change = 0;
+    sim_predict(time, s, i, pos);
+    for (int k = 0; k < 3; k++) {
+        vel[k] = s->vel[i][k] + lag * (double)s->acc[i][k];
+        change = fmax(change, fabs((double)s->acc[i][k]));
+    }
+    return change * timeline_seconds(time, (int64_t)1 << s->rung[i]);
+}
+
+static void widen(struct node *node, int k, double low, double high)
+{
+    node->low[k] = fminf(node->low[k], below(low));
+    node->high[k] = fmaxf(node->high[k], above(high));
+}
+
+static void widen_for_row(const struct sim *sim, struct node *node, const struct species *s, int64_t i)
+{
+    double pos[3], vel[3], change = row_path(sim, s, i, pos, vel);
+    for (int k = 0; k < 3; k++) {
+        double x = pos[k] - node->pos[k];
+        widen(node, k, x, x);
+        node->speed = fmaxf(node->speed, above(fabs(vel[k] - (double)node->vel[k]) + change));
+    }
+}
+
+static void widen_for_child(struct node *node, const struct node *child)
+{
+    for (int k = 0; k < 3; k++) {
+        double x = child->pos[k] - node->pos[k];
+        widen(node, k, x + (double)child->low[k], x + (double)child->high[k]);
+        node->speed = fmaxf(node->speed, above(fabs((double)child->vel[k] - (double)node->vel[k])
+                                               + (double)child->speed));
+    }
+}
+
+/* Sets centre and velocity from weighted sums; equal weights where all masses are zero. */
+struct centre { double mass, pos[3], vel[3], rows, row_pos[3], row_vel[3]; };
+
+static void centre_add(struct centre *c, double mass, double rows, const double pos[3], const double vel[3])
+{
+    c->mass += mass;
+    c->rows += rows;
+    for (int k = 0; k < 3; k++) {
+        c->pos[k] += mass * pos[k];
+        c->vel[k] += mass * vel[k];
+        c->row_pos[k] += rows * pos[k];
+        c->row_vel[k] += rows * vel[k];
+    }
+}
+
+static void centre_set(struct node *node, const struct centre *c)
+{
+    bool massive = c->mass > 0;
+    node->mass = (float)c->mass;
+    for (int k = 0; k < 3; k++) {
+        node->pos[k] = massive ? c->pos[k] / c->mass : c->row_pos[k] / c->rows;
+        node->vel[k] = (float)(massive ? c->vel[k] / c->mass : c->row_vel[k] / c->rows);
+        node->low[k] = INFINITY;
+        node->high[k] = -INFINITY;
+    }
+    node->speed = 0;
+}
+
+/* Rows of a cell, species by species. */
+#define for_rows(sim, node, s, i) \
+    for (const struct species *s = (sim)->species; s < (sim)->species + N_SPECIES; s++) \
+        for (int64_t i = (node)->first[s->kind], end_ = i + (node)->count[s->kind]; i < end_; i++)
+
+static void measure_leaf(const struct sim *sim, struct node *node)
+{
+    struct centre c = {0};
+    for_rows(sim, node, s, i) {
+        double pos[3], vel[3];
+        row_path(sim, s, i, pos, vel);
+        centre_add(&c, s->mass[i], 1, pos, vel);
+    }
+    centre_set(node, &c);
+    for_rows(sim, node, s, i) widen_for_row(sim, node, s, i);
+}
+
+static void measure_inner(struct tree *tree, struct node *node)
+{
+    struct centre c = {0};
+    for (int32_t k = 0; k < node->n_children; k++) {
+        const struct node *child = &tree->node[node->child + k];
+        double vel[3] = {child->vel[0], child->vel[1], child->vel[2]};
+        centre_add(&c, child->mass, (double)node_rows(child, ALL_SPECIES), child->pos, vel);
+    }
+    centre_set(node, &c);
+    for (int32_t k = 0; k < node->n_children; k++) widen_for_child(node, &tree->node[node->child + k]);
+}
+
+void tree_build(struct sim *sim)
+{
+    struct tree *tree = &sim->tree;
+    check(tree->leaf_size > 0);
+    if (!tree_cells(sim)) return;
+    reserve_columns(tree);
+#pragma omp parallel for schedule(dynamic, 256)
+    for (int32_t n = 0; n < tree->n_nodes; n++)
+        if (tree->node[n].n_children == 0) measure_leaf(sim, &tree->node[n]);
+    for (int32_t n = tree->n_nodes - 1; n >= 0; n--)
+        if (tree->node[n].n_children > 0) measure_inner(tree, &tree->node[n]);
+    tree->built = tree->fitted = sim->time.tick;
+}
+
+void tree_refit(struct sim *sim)
+{
+    struct tree *tree = &sim->tree;
+    double dt = timeline_seconds(&sim->time, sim->time.tick - tree->fitted);
+    if (dt > 0)
+        for (int32_t n = 0; n < tree->n_nodes; n++) {
+            struct node *node = &tree->node[n];
+            float growth = above((double)node->speed * dt);
+            for (int k = 0; k < 3; k++) {
+                node->pos[k] += dt * (double)node->vel[k];
+                node->low[k] = below((double)(node->low[k] - growth));
+                node->high[k] = above((double)(node->high[k] + growth));
+            }
+        }
+    tree->fitted = sim->time.tick;
+}
+
+/* First entry of the ascending list[from..to-1] that is at least `row`. */
+static int64_t lower_bound(const int32_t *list, int64_t from, int64_t to, int64_t row)
+{
+    while (from < to) {
+        int64_t middle = (from + to) / 2;
+        if (list[middle] < row) from = middle + 1;
+        else to = middle;
+    }
+    return from;
+}
+
+/* A part of each species' list of rows. */
+struct part { const int32_t *list[N_SPECIES]; int64_t from[N_SPECIES], to[N_SPECIES]; };
+
+static struct part part_of(const struct part *parent, const struct node *node)
+{
+    struct part part = *parent;
+    for (int s = 0; s < N_SPECIES; s++) {
+        const int32_t *list = part.list[s];
+        part.from[s] = lower_bound(list, part.from[s], part.to[s], node->first[s]);
+        part.to[s] = lower_bound(list, part.from[s], part.to[s], (int64_t)node->first[s] + node->count[s]);
+    }
+    return part;
+}
+
+static int64_t part_rows(const struct part *part)
+{
+    int64_t rows = 0;
+    for (int s = 0; s < N_SPECIES; s++) rows += part->to[s] - part->from[s];
+    return rows;
+}
+
+static void mark(struct tree *tree, int32_t n, const struct part *part)
+{
+    const struct node *node = &tree->node[n];
+    tree->active_count[n] = (int32_t)part_rows(part);
+    if (tree->active_count[n] == 0) return;
+    for (int32_t k = 0; k < node->n_children; k++) {
+        struct part inside = part_of(part, &tree->node[node->child + k]);
+        mark(tree, node->child + k, &inside);
+    }
+}
+
+void tree_mark_active(struct sim *sim)
+{
+    struct tree *tree = &sim->tree;
+    if (tree->n_nodes == 0) return;
+    memset(tree->active_count, 0, (size_t)tree->n_nodes * sizeof *tree->active_count);
+    struct part part = {0};
+    for (int s = 0; s < N_SPECIES; s++) {
+        part.list[s] = sim->species[s].active;
+        part.to[s] = sim->species[s].n_active;
+    }
+    mark(tree, 0, &part);
+}
+
+static void follow(struct sim *sim, int32_t n, const struct part *part)
+{
+    struct node *node = &sim->tree.node[n];
+    for (int32_t k = 0; k < node->n_children; k++) {
+        struct node *child = &sim->tree.node[node->child + k];
+        struct part inside = part_of(part, child);
+        if (part_rows(&inside) == 0) continue;
+        follow(sim, node->child + k, &inside);
+        widen_for_child(node, child);
+    }
+    if (node->n_children > 0) return;
+    for (int s = 0; s < N_SPECIES; s++)
+        for (int64_t a = part->from[s]; a < part->to[s]; a++)
+            widen_for_row(sim, node, &sim->species[s], part->list[s][a]);
+}
+
+void tree_follow(struct sim *sim)
+{
+    if (sim->tree.n_nodes == 0) return;
+    struct part part = {0};
+    for (int s = 0; s < N_SPECIES; s++) {
+        part.list[s] = sim->species[s].ending;
+        part.to[s] = sim->species[s].n_ending;
+    }
+    follow(sim, 0, &part);
+}
+
+static void collect(const struct tree *tree, int32_t n, unsigned mask, int size, int32_t *groups, int32_t *count)
+{
+    const struct node *node = &tree->node[n];
+    int64_t rows = node_rows(node, mask);
+    if (rows == 0) return;
+    if (rows <= size || node->n_children == 0) {
+        groups[(*count)++] = n;
+        return;
+    }
+    for (int32_t k = 0; k < node->n_children; k++) collect(tree, node->child + k, mask, size, groups, count);
+}
+
+int32_t tree_groups(const struct tree *tree, unsigned mask, int size, const char *owner, int32_t **groups)
+{
+    int32_t count = 0;
+    *groups = mem_array(owner, int32_t, tree->n_nodes);
+    if (tree->n_nodes > 0) collect(tree, 0, mask, size, *groups, &count);
+    *groups = mem_resize(owner, *groups, (size_t)count * sizeof **groups);
+    return count;
+}

@@ -1,0 +1,191 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Keys, sort and cells of the octree. A cell is made only where its rows part: chains of cells with
+ * one child, which one distant escaper would cause, are skipped. */
+#include "tree_cells.h"
+#include "key.h"
+#include "mem.h"
+#include "sim.h"
+#include "sort.h"
+#include <math.h>
+#include <stdlib.h>
+
+struct builder {
+    struct sim *sim;
+    struct tree *tree;
+    double scale;                       /* grid cells a unit length: 2^42 / side */
+    uint64_t *high[N_SPECIES];          /* upper half of the key, in row order */
+};
+
+/* The root's cube: its side a power of two and its corner on a grid of an eighth of that, so that
+ * the cells stay put while the outermost rows move a little. */
+static bool choose_cube(struct sim *sim)
+{
+    double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY}, extent = 0;
+    for_species(sim, s)
+        for (int64_t i = 0; i < s->n; i++) {
+            double pos[3];
+            sim_predict(&sim->time, s, i, pos);
+            if (!isfinite(pos[0] + pos[1] + pos[2])) {
+                sim_fail(sim, s, i, "position is not finite");
+                return false;
+            }
+            for (int k = 0; k < 3; k++) {
+                low[k] = fmin(low[k], pos[k]);
+                high[k] = fmax(high[k], pos[k]);
+            }
+        }
+    for (int k = 0; k < 3; k++) extent = fmax(extent, high[k] - low[k]);
+    if (extent == 0) extent = 1;
+    struct tree *tree = &sim->tree;
+    tree->side = ldexp(1.0, ilogb(extent / 0.875) + 1);
+    for (int k = 0; k < 3; k++) tree->corner[k] = floor(low[k] / (tree->side / 8)) * (tree->side / 8);
+    return true;
+}
+
+static struct key row_key(const struct builder *b, const struct species *s, int64_t i)
+{
+    double pos[3];
+    uint64_t x[3];
+    sim_predict(&b->sim->time, s, i, pos);
+    key_grid(pos, b->tree->corner, b->scale, x);
+    return (struct key){key_interleave(x, KEY_HALF), key_interleave(x, 0)};
+}
+
+/* Rows whose upper half keys agree are put in order of the lower half, then of their ids. */
+struct tie { uint64_t low, id; int32_t row; };
+
+static int compare_ties(const void *a, const void *b)
+{
+    const struct tie *s = a, *t = b;
+    if (s->low != t->low) return s->low < t->low ? -1 : 1;
+    return (s->id > t->id) - (s->id < t->id);
+}
+
+static void settle_ties(const struct builder *b, const struct species *s, int32_t *order)
+{
+    const uint64_t *high = b->high[s->kind];
+    struct tie *tie = NULL;
+    for (int64_t i = 0, end; i < s->n; i = end) {
+        for (end = i + 1; end < s->n && high[end] == high[i]; end++) {}
+        if (end == i + 1) continue;
+        tie = mem_resize("sort", tie, (size_t)(end - i) * sizeof *tie);
+        for (int64_t k = i; k < end; k++)
+            tie[k - i] = (struct tie){row_key(b, s, order[k]).low, s->id[order[k]], order[k]};
+        qsort(tie, (size_t)(end - i), sizeof *tie, compare_ties);
+        for (int64_t k = i; k < end; k++) order[k] = tie[k - i].row;
+    }
+    mem_free(tie);
+}
+
+static void sort_species(struct builder *b, struct species *s)
+{
+    uint64_t *high = b->high[s->kind] = mem_array("sort", uint64_t, s->n);
+    int32_t *order = mem_array("sort", int32_t, s->n);
+#pragma omp parallel for
+    for (int64_t i = 0; i < s->n; i++) {
+        order[i] = (int32_t)i;
+        high[i] = row_key(b, s, i).high;
+    }
+    sort_keys(high, order, s->n);
+    settle_ties(b, s, order);
+    species_permute(s, order, s->n);
+    mem_free(order);
+}
+
+static int octant(const struct builder *b, int s, int64_t i, int level)
+{
+    struct key key = {b->high[s][i], 0};
+    if (level > KEY_HALF) key = row_key(b, &b->sim->species[s], i);
+    return key_octant(key, level);
+}
+
+/* First row of [from, to) whose octant at `level` is at least `wanted`. */
+static int32_t boundary(const struct builder *b, int s, int32_t from, int32_t to, int level, int wanted)
+{
+    while (from < to) {
+        int32_t middle = from + (to - from) / 2;
+        if (octant(b, s, middle, level) < wanted) from = middle + 1;
+        else to = middle;
+    }
+    return from;
+}
+
+/* Level at which the rows of a cell first lie in different octants; beyond KEY_LEVELS if never. */
+static int parting_level(const struct builder *b, const struct node *node)
+{
+    struct key first = {0, 0}, differ = {0, 0};
+    bool started = false;
+    for (int s = 0; s < N_SPECIES; s++) {
+        if (node->count[s] == 0) continue;
+        const struct species *table = &b->sim->species[s];
+        struct key ends[2] = {row_key(b, table, node->first[s]),
+                              row_key(b, table, node->first[s] + node->count[s] - 1)};
+        if (!started) first = ends[0];
+        started = true;
+        for (int e = 0; e < 2; e++) {
+            differ.high |= first.high ^ ends[e].high;
+            differ.low |= first.low ^ ends[e].low;
+        }
+    }
+    if (differ.high) return KEY_HALF - (63 - __builtin_clzll(differ.high)) / 3;
+    if (differ.low) return KEY_LEVELS - (63 - __builtin_clzll(differ.low)) / 3;
+    return KEY_LEVELS + 1;
+}
+
+static int32_t add_nodes(struct tree *tree, int32_t count)
+{
+    int32_t first = tree->n_nodes;
+    tree->n_nodes += count;
+    if (tree->n_nodes > tree->capacity) {
+        tree->capacity = tree->n_nodes + tree->n_nodes / 2 + 64;
+        tree->node = mem_resize("tree", tree->node, (size_t)tree->capacity * sizeof *tree->node);
+    }
+    return first;
+}
+
+static void split(struct builder *b, int32_t n)
+{
+    struct tree *tree = b->tree;
+    struct node node = tree->node[n];
+    if (node_rows(&node, ALL_SPECIES) <= tree->leaf_size) return;
+    int level = parting_level(b, &node);
+    if (level > KEY_LEVELS) return;     /* all rows at one place: a leaf of any size */
+
+    struct node child[8];
+    int32_t n_children = 0, from[N_SPECIES];
+    for (int s = 0; s < N_SPECIES; s++) from[s] = node.first[s];
+    for (int o = 0; o < 8; o++) {
+        struct node c = {.parent = n, .child = -1, .level = level};
+        for (int s = 0; s < N_SPECIES; s++) {
+            c.first[s] = from[s];
+            from[s] = boundary(b, s, from[s], node.first[s] + node.count[s], level, o + 1);
+            c.count[s] = from[s] - c.first[s];
+        }
+        if (node_rows(&c, ALL_SPECIES) > 0) child[n_children++] = c;
+    }
+    int32_t first = add_nodes(tree, n_children);
+    tree->node[n].child = first;
+    tree->node[n].n_children = n_children;
+    for (int32_t k = 0; k < n_children; k++) tree->node[first + k] = child[k];
+    for (int32_t k = 0; k < n_children; k++) split(b, first + k);
+}
+
+bool tree_cells(struct sim *sim)
+{
+    struct tree *tree = &sim->tree;
+    if (!choose_cube(sim)) return false;
+    struct builder b = {.sim = sim, .tree = tree, .scale = ldexp(1.0, KEY_LEVELS) / tree->side};
+    struct node root = {.parent = -1, .child = -1};
+    for_species(sim, s) {
+        sort_species(&b, s);
+        root.count[s->kind] = (int32_t)s->n;
+    }
+    tree->n_nodes = 0;
+    if (node_rows(&root, ALL_SPECIES) > 0) {
+        add_nodes(tree, 1);
+        tree->node[0] = root;
+        split(&b, 0);
+    }
+    for (int s = 0; s < N_SPECIES; s++) mem_free(b.high[s]);
+    return true;
+}
