@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * The part of HDF5 that tephra uses; h5.c is the one file that includes hdf5.h. Files are written
  * under a temporary name, flushed and renamed by h5_close, so that a kill leaves the last good one.
- * A failure to write (disk full) ends the program with STATUS_ENVIRONMENT; a failure to read
- * returns false with the reason in h5_error. */
+ * A failure to write (disk full) removes the temporary file and ends the program with
+ * STATUS_ENVIRONMENT. A failure to read returns false and is kept by the file: h5_error is its first
+ * one, so that a caller may read much and ask once. */
 #ifndef TEPHRA_H5_H
 #define TEPHRA_H5_H
 #include <stdbool.h>
@@ -12,11 +13,15 @@
 struct h5;                  /* a file */
 
 struct h5 *h5_create(const char *path);
-struct h5 *h5_open(const char *path);   /* NULL with h5_error */
-const char *h5_error(void);
+/* gzip level (with byte shuffle) of the data sets written from here on; 0, the default, is none. */
+void h5_compress(struct h5 *file, int level);
+struct h5 *h5_open(const char *path);   /* never NULL: ask h5_error */
+/* Why the file could not be opened or read, as the end of a sentence; NULL if all is well. */
+const char *h5_error(const struct h5 *file);
 void h5_close(struct h5 *file);         /* of a created file: flush, fsync, rename */
 
-/* kind: 'd' double, 'f' float, 'u' uint64, 'i' int32, 'b' uint8: of memory and of the file. */
+/* kind: 'd' double, 'f' float, 'u' uint64, 'i' int32, 'b' uint8: of memory and of the file.
+ * Data sets carry a Fletcher-32 checksum: damage shows as a failure to read. */
 void h5_group(struct h5 *file, const char *group);
 void h5_write(struct h5 *file, const char *path, char kind, int64_t rows, int components, const void *data);
 void h5_attr_double(struct h5 *file, const char *object, const char *name, double value);
@@ -26,12 +31,18 @@ void h5_attr_uints(struct h5 *file, const char *object, const char *name, const 
 void h5_attr_text(struct h5 *file, const char *object, const char *name, const char *text);
 
 bool h5_exists(struct h5 *file, const char *path);
-/* Rows and components of a data set; false if it is not there. */
+bool h5_attr_exists(struct h5 *file, const char *object, const char *name);
+/* Rows and components of a data set; false if it is not there or has more than two dimensions. */
 bool h5_shape(struct h5 *file, const char *path, int64_t *rows, int *components);
+/* The kind that holds every value of a data set: 'd', 'f', 'u' or 'b'; 'i' stands for all signed
+ * integers; 0 for anything else. */
+char h5_kind(struct h5 *file, const char *path);
 /* Converts to the memory kind. */
 bool h5_read(struct h5 *file, const char *path, char kind, int64_t rows, int components, void *data);
+/* The first `count` elements of a numeric attribute; false if it is missing or shorter. */
 bool h5_read_attr(struct h5 *file, const char *object, const char *name, double *values, int count);
+/* Text of an attribute for the caller to mem_free; NULL if it is missing. */
 char *h5_read_attr_text(struct h5 *file, const char *object, const char *name);
-/* Calls visit with the name of each link of a group. */
+/* Calls visit with the name of each link of a group, in alphabetical order. */
 void h5_list(struct h5 *file, const char *group, void (*visit)(const char *name, void *context), void *context);
 #endif

@@ -11,6 +11,9 @@ void log_silence(bool silent);
 void log_line(const char *format, ...) __attribute__((format(printf, 1, 2)));
 /* "warning: ..." ; counted, so that a summary can name the number. */
 void log_warning(const char *format, ...) __attribute__((format(printf, 1, 2)));
+int log_warnings(void);
+/* "tephra: error: ..."; from any rank, silent or not. What fail() prints. */
+void log_error(const char *format, ...) __attribute__((format(printf, 1, 2)));
 /* A line that a terminal overwrites with the next one; not in log.txt, not when piped. */
 void log_progress(const char *format, ...) __attribute__((format(printf, 1, 2)));
 #endif

@@ -3,6 +3,7 @@
  * program with STATUS_ENVIRONMENT and says who asked for how much, so no caller tests for NULL. */
 #ifndef TEPHRA_MEM_H
 #define TEPHRA_MEM_H
+#include <stdarg.h>
 #include <stddef.h>
 #include <stdio.h>
 
@@ -11,6 +12,12 @@ void *mem_alloc(const char *owner, size_t bytes);
 /* Keeps the contents up to the smaller size; new bytes are not cleared. block may be NULL. */
 void *mem_resize(const char *owner, void *block, size_t bytes);
 void mem_free(void *block);
+/* A copy of a text, to be freed with mem_free. */
+char *mem_text(const char *owner, const char *text);
+/* The same of what printf would write. */
+char *mem_format(const char *owner, const char *format, ...) __attribute__((format(printf, 2, 3)));
+char *mem_vformat(const char *owner, const char *format, va_list arguments)
+    __attribute__((format(printf, 2, 0), nonnull));
 /* Bytes held now and at the highest since the start, all owners together. Safe from any thread. */
 size_t mem_now(void);
 size_t mem_peak(void);

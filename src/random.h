@@ -8,7 +8,7 @@
 struct random { uint64_t seed, id, tick, stream; };
 /* stream: hash of a name such as "evrard", "star_formation". */
 uint64_t random_stream(const char *name);
-/* Uniform in (0, 1), 53 bits; `draw` counts the numbers of one (id, tick, stream). */
+/* Uniform in (0, 1), 52 bits, never 0 or 1; `draw` counts the numbers of one (id, tick, stream). */
 double random_uniform(const struct random *key, uint64_t draw);
 /* Normal with mean 0 and variance 1. Uses draws 2*draw and 2*draw + 1. */
 double random_normal(const struct random *key, uint64_t draw);

@@ -27,4 +27,7 @@ void scene_set(struct scene *scene, const char *assignment, struct problems *pro
 struct scene_block *scene_find(const struct scene *scene, const char *block);
 /* Text of block.key, or NULL. */
 const char *scene_value(const struct scene *scene, const char *block, const char *key);
+/* Where block.key was written ("evrard.yml:12", "--set"): for messages. Without such a key (or with
+ * NULL) the block's place, without such a block the file's name. */
+const char *scene_place(const struct scene *scene, const char *block, const char *key);
 #endif

@@ -132,7 +132,7 @@ void sim_begin(struct sim *sim)
 
 void sim_run_hook(struct sim *sim, int hook)
 {
-    for (int c = 0; c < sim->n_call && !sim->failure.set; c++) {
+    for (int c = 0; c < sim->n_call; c++) {
         if (sim->call[c].hook != hook) continue;
         const struct use *use = &sim->use[sim->call[c].use];
         int64_t rows = 0;

@@ -37,13 +37,16 @@ struct sim {
     bool want_potential;    /* this step is recorded: FORCE shall fill pot too */
     bool fresh_potential;   /* pot is of the present positions */
     int64_t steps, updates; /* steps done; row updates done */
+    bool started;           /* the forces at the start are known */
+    double last_dt;         /* length of the step that ends now */
+    double wall_start, part_start; /* for the ETA only: clock, and part of the run done, at the start */
     int64_t rebuild_rung;   /* the tree is rebuilt where 2^rebuild_rung divides the tick */
     bool rebuild_next;      /* and at the next step, whatever its tick (after a checkpoint) */
 };
 
 /* Loops over the species that have rows. */
 #define for_species(sim, table) \
-    for (struct species *table = (sim)->species; table < (sim)->species + N_SPECIES; table++) \
+    for (__typeof__((sim)->species[0]) *table = (sim)->species; table < (sim)->species + N_SPECIES; table++) \
         if (table->n > 0)
 
 /* What a simulation is made for: SIM_FORCES has no time, no integrator and no output. */
@@ -55,7 +58,7 @@ struct sim *sim_new(struct scene *scene, enum sim_purpose purpose);
 /* After the rows are there: columns, module states. */
 void sim_begin(struct sim *sim);
 void sim_free(struct sim *sim);
-/* Runs every call of one hook, timed. */
+/* Runs every call of one hook, timed; whatever fails meanwhile, since other ranks go on. */
 void sim_run_hook(struct sim *sim, int hook);
 /* Lists the rows whose step ends at the present tick; returns how many of all ranks. */
 int64_t sim_find_active(struct sim *sim);

@@ -1,0 +1,28 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * What the commands that work on a scene have in common: their options. */
+#ifndef TEPHRA_CMD_H
+#define TEPHRA_CMD_H
+#include "sim.h"
+
+struct cmd_options {
+    const char *argument[8]; int n_arguments;   /* what is not an option */
+    const char *set[64]; int n_set;             /* --set block.key=value, in order */
+    const char *out, *restart, *device;
+    bool force;
+    int threads;                                /* 0 = not given */
+    double max_wall;                            /* seconds; INFINITY = not given */
+    int64_t sample, repeat;                     /* force-test; -1 = not given */
+};
+
+/* Reads the options that `accepted` names ("set threads out"); anything else ends with STATUS_INPUT
+ * and the command's usage. */
+void cmd_parse(struct cmd_options *options, int argc, char **argv, const char *accepted, const char *usage);
+/* Threads of this rank: as asked, else OMP_NUM_THREADS, else the cores shared among the ranks. */
+void cmd_set_threads(const struct cmd_options *options);
+/* Scene with --set applied; syntax errors end the program. */
+struct scene *cmd_scene(const struct cmd_options *options, const char *path);
+/* A simulation of that scene with its rows; ends the program on mistakes. */
+struct sim *cmd_sim(struct scene *scene);
+/* Removes the files of a folder whose names match a shell pattern. */
+void cmd_remove_files(const char *folder, const char *pattern);
+#endif

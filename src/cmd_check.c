@@ -1,0 +1,89 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * `tephra check`: what would run, in which order, with how much memory and at what cost. The rows
+ * are made and the forces at the start computed once, so the figures are this scene's. */
+#include "cmd.h"
+#include "comm.h"
+#include "log.h"
+#include "mem.h"
+#include "module.h"
+#include "profile.h"
+#include "run.h"
+#include <math.h>
+#include <stdio.h>
+
+static const char usage[] = "check SCENE.yml [--set block.key=value] [--threads N]";
+
+static void print_step(const struct sim *sim)
+{
+    printf("one step\n");
+    for (int h = 0; h < N_HOOKS; h++) {
+        int count = 0;
+        for (int c = 0; c < sim->n_call; c++) {
+            if (sim->call[c].hook != h) continue;
+            if (count++ == 0) printf("  %-8s", hook_names[h]);
+            printf(" %s", sim->use[sim->call[c].use].module->name);
+        }
+        if (count) printf("\n");
+    }
+    printf("modules\n");
+    for (int u = 0; u < sim->n_use; u++)
+        printf("  %-10s %s\n", sim->use[u].module->name, sim->use[u].module->doc);
+}
+
+static void print_columns(const struct sim *sim)
+{
+    printf("rows\n");
+    for_species(sim, s) {
+        size_t keep = 0, step = 0;
+        for (int c = 0; c < N_COLUMNS; c++)
+            if (species_has(s, c)) *(column_table[c].lifetime == KEEP ? &keep : &step) += species_row_bytes(c);
+        printf("  %-6s %12lld rows of %zu bytes kept, %zu during a step:", species_names[s->kind],
+               (long long)s->n, keep, step);
+        for (int c = 0; c < N_COLUMNS; c++)
+            if (species_has(s, c)) printf(" %s", column_table[c].name);
+        printf("\n");
+    }
+}
+
+/* Updates until the end if every row kept the step that it has at the start. */
+static double updates_due(const struct sim *sim)
+{
+    double updates = 0, run = (double)(sim->time.tick_end - sim->time.tick);
+    for_species(sim, s)
+        for (int64_t i = 0; i < s->n; i++) updates += run / ldexp(1.0, s->rung[i]);
+    return updates;
+}
+
+static int check_scene(int argc, char **argv)
+{
+    struct cmd_options options;
+    cmd_parse(&options, argc, argv, "set threads device", usage);
+    if (options.n_arguments != 1) fail(STATUS_INPUT, "usage: tephra %s", usage);
+    cmd_set_threads(&options);
+    struct sim *sim = cmd_sim(cmd_scene(&options, options.argument[0]));
+    sim_begin(sim);
+    problems_report(&sim->problems);
+    for (int u = 0; u < sim->n_use; u++)
+        if (sim->use[u].module->warn) sim->use[u].module->warn(sim, sim->use[u].state);
+    double cpu = profile_cpu();
+    bool fine = run_step(sim, HOOK_LIMIT);
+    cpu = profile_cpu() - cpu;
+    if (!fine) fail(STATUS_NUMBERS, "%s", sim->failure.text);
+    int64_t rows = 0;
+    for_species(sim, s) rows += s->n;
+    if (comm_rank() == 0) {
+        print_step(sim);
+        print_columns(sim);
+        printf("memory\n");
+        mem_report(stdout);
+        printf("  %.0f bytes a row at the highest\n", (double)mem_peak() / (double)(rows ? rows : 1));
+        printf("cost\n  longest step %g, %.3g updates to t = %g with the steps of the start, "
+               "%.2g microseconds of CPU each: %.3g CPU s (more where the steps shorten)\n",
+               sim->time.dt_max, updates_due(sim), sim->time.start + timeline_seconds(&sim->time, sim->time.tick_end),
+               1e6 * cpu / (double)(rows ? rows : 1), updates_due(sim) * cpu / (double)(rows ? rows : 1));
+    }
+    sim_free(sim);
+    return STATUS_DONE;
+}
+
+const struct command check_command = {"check", "check SCENE.yml [--set ...]", "what would run, its memory and cost", check_scene};

@@ -1,0 +1,147 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * `tephra run`: a run from its scene, or its continuation from a checkpoint. */
+#include "checkpoint.h"
+#include "cmd.h"
+#include "comm.h"
+#include "log.h"
+#include "mem.h"
+#include "module.h"
+#include "output.h"
+#include "run.h"
+#include "signals.h"
+#include "version.h"
+#include <errno.h>
+#include <omp.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+static const char usage[] =
+    "run SCENE.yml [--out DIR] [--force] [--set block.key=value] [--threads N] [--max-wall 3h] | run --restart DIR";
+
+static char *text_join(const char *a, const char *b)
+{
+    char *text = mem_alloc("frame", strlen(a) + strlen(b) + 1);
+    return strcat(strcpy(text, a), b);
+}
+
+/* ./SCENE for path/to/SCENE.yml. */
+static char *default_folder(const char *scene)
+{
+    const char *name = strrchr(scene, '/') ? strrchr(scene, '/') + 1 : scene;
+    const char *dot = strrchr(name, '.');
+    size_t length = dot && dot > name ? (size_t)(dot - name) : strlen(name);
+    char *folder = mem_alloc("frame", length + 1);
+    memcpy(folder, name, length);
+    return folder;
+}
+
+/* Takes away what a run writes, and nothing else. */
+static void clear_folder(const char *folder)
+{
+    const char *const kinds[] = {"used.yml", "log.txt", "energy.csv", "profile.csv", "snapshot_*.hdf5",
+                                 "picture_*.png", "checkpoint*.hdf5", "stop", "*.csv"};
+    log_warning("%s: taking away the files of the run before (--force)", folder);
+    for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++) cmd_remove_files(folder, kinds[k]);
+}
+
+static void make_folder(const char *folder, bool force)
+{
+    if (comm_rank() != 0) return;
+    if (mkdir(folder, 0777) == 0) return;
+    struct stat status;
+    if (errno != EEXIST || stat(folder, &status) != 0 || !S_ISDIR(status.st_mode))
+        fail(STATUS_INPUT, "%s: the run directory cannot be made: %s (--out DIR names another)", folder, strerror(errno));
+    if (access(folder, W_OK) != 0)
+        fail(STATUS_INPUT, "%s: the run directory cannot be written to: %s (--out DIR names another)", folder, strerror(errno));
+    if (!force)
+        fail(STATUS_INPUT, "%s: the run directory exists already (--out DIR names another, --force overwrites it, "
+             "--restart %s goes on)", folder, folder);
+    clear_folder(folder);
+}
+
+static void write_used(const struct sim *sim)
+{
+    if (comm_rank() != 0) return;
+    char *path = text_join(sim->folder, "/used.yml");
+    FILE *stream = fopen(path, "w");
+    if (!stream) fail(STATUS_INPUT, "%s: cannot be written: %s", path, strerror(errno));
+    sim_write_used(sim, stream);
+    if (fclose(stream) != 0) fail(STATUS_ENVIRONMENT, "%s: cannot be written: %s", path, strerror(errno));
+    mem_free(path);
+}
+
+static void open_log(const struct sim *sim, bool append)
+{
+    char *path = text_join(sim->folder, "/log.txt");
+    log_open(path, append);
+    mem_free(path);
+    int64_t rows = 0;
+    for_species(sim, s) rows += s->n;
+    log_line("tephra %s, %lld rows, %d rank%s of %d thread%s, in %s", version_number, (long long)rows, comm_size(),
+             comm_size() > 1 ? "s" : "", omp_get_max_threads(), omp_get_max_threads() > 1 ? "s" : "", sim->folder);
+    for_species(sim, s) log_line("  %-6s %lld rows", species_names[s->kind], (long long)s->n);
+}
+
+static int go(struct sim *sim, const struct cmd_options *options)
+{
+    for (int u = 0; u < sim->n_use; u++)
+        if (sim->use[u].module->warn) sim->use[u].module->warn(sim, sim->use[u].state);
+    signals_install();
+    int status = run_to_end(sim, options->max_wall);
+    sim_free(sim);
+    log_close();
+    return status;
+}
+
+static int fresh(const struct cmd_options *options)
+{
+    struct sim *sim = cmd_sim(cmd_scene(options, options->argument[0]));
+    sim_begin(sim);
+    problems_report(&sim->problems);
+    char *folder = options->out ? text_join(options->out, "") : default_folder(options->argument[0]);
+    make_folder(folder, options->force);
+    comm_barrier();
+    sim->folder = folder;
+    open_log(sim, false);
+    write_used(sim);
+    int status = go(sim, options);
+    mem_free(folder);
+    return status;
+}
+
+static int again(const struct cmd_options *options)
+{
+    char *folder = text_join(options->restart, ""), *used = text_join(folder, "/used.yml");
+    char *checkpoint = text_join(folder, "/checkpoint.hdf5"), *energies = text_join(folder, "/energy.csv");
+    if (access(checkpoint, R_OK) != 0)
+        fail(STATUS_INPUT, "%s: cannot be read: %s (--restart takes the directory of a run)", checkpoint, strerror(errno));
+    struct sim *sim = sim_new(cmd_scene(options, used), SIM_RUN);
+    problems_report(&sim->problems);
+    checkpoint_read(sim, checkpoint);
+    problems_report(&sim->problems);
+    sim_begin(sim);
+    sim->folder = folder;
+    sim->started = sim->rebuild_next = true;
+    energy_trim(sim, energies);
+    open_log(sim, true);
+    log_line("going on from t = %g", timeline_now(&sim->time));
+    if (sim->time.tick >= sim->time.tick_end) log_line("the run is finished: nothing to do");
+    int status = go(sim, options);
+    char *const texts[] = {folder, used, checkpoint, energies};
+    for (int i = 0; i < 4; i++) mem_free(texts[i]);
+    return status;
+}
+
+static int run(int argc, char **argv)
+{
+    struct cmd_options options;
+    cmd_parse(&options, argc, argv, "out force set threads device max-wall restart", usage);
+    if (options.n_arguments != (options.restart ? 0 : 1)) fail(STATUS_INPUT, "usage: tephra %s", usage);
+    cmd_set_threads(&options);
+    return options.restart ? again(&options) : fresh(&options);
+}
+
+const struct command run_command = {"run", "run SCENE.yml [--out DIR] [--set block.key=value] ...", "run a scene", run};

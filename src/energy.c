@@ -1,0 +1,145 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * The sums of energy.csv. */
+#include "energy.h"
+#include "comm.h"
+#include "layout.h"
+#include "mem.h"
+#include "module.h"
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+enum { KINETIC, THERMAL, POTENTIAL, FIXED };
+enum { SUMS = 1 + 3 + 3 + 1, BLOCK = 4096 };    /* kinetic, momentum, angular momentum, mass */
+
+static void sum_row(const struct species *s, int64_t i, double sum[SUMS])
+{
+    const double m = s->mass[i], *x = s->pos[i], *v = s->vel[i];
+    sum[0] += 0.5 * m * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+    for (int k = 0; k < 3; k++) {
+        int p = (k + 1) % 3, q = (k + 2) % 3;
+        sum[1 + k] += m * v[k];
+        sum[4 + k] += m * (x[p] * v[q] - x[q] * v[p]);
+    }
+    sum[7] += m;
+}
+
+/* Own rows of a species, block by block and the blocks in order: the same on any number of threads. */
+static void sum_species(const struct species *s, double sum[SUMS])
+{
+    int64_t blocks = (s->n_own + BLOCK - 1) / BLOCK;
+    double (*part)[SUMS] = mem_alloc("frame", (size_t)blocks * sizeof *part);
+#pragma omp parallel for
+    for (int64_t b = 0; b < blocks; b++)
+        for (int64_t i = b * BLOCK; i < (b + 1) * BLOCK && i < s->n_own; i++) sum_row(s, s->own + i, part[b]);
+    for (int64_t b = 0; b < blocks; b++)
+        for (int k = 0; k < SUMS; k++) sum[k] += part[b][k];
+    mem_free(part);
+}
+
+struct collector { struct energy_sink sink; struct energy *energy; };
+
+static void collect(struct energy_sink *sink, const char *column, double value)
+{
+    struct energy *energy = ((struct collector *)sink)->energy;
+    for (int i = 0; i < energy->n; i++)
+        if (strcmp(energy->name[i], column) == 0) {
+            energy->value[i] += value;
+            return;
+        }
+    check(energy->n < ENERGY_COLUMNS && strlen(column) < ENERGY_NAME);
+    strcpy(energy->name[energy->n], column);
+    energy->value[energy->n++] = value;
+}
+
+void energy_measure(struct sim *sim, struct energy *energy)
+{
+    double sum[SUMS] = {0};
+    energy->n = 0;
+    struct collector collector = {{collect}, energy};
+    const char *const fixed[FIXED] = {"kinetic", "thermal", "potential"};
+    for (int i = 0; i < FIXED; i++) collect(&collector.sink, fixed[i], 0);
+    for (int k = 0; k < N_SPECIES; k++) {
+        double before = sum[7];
+        if (sim->species[k].n_own > 0) sum_species(&sim->species[k], sum);
+        energy->mass[k] = sum[7] - before;
+    }
+    collect(&collector.sink, fixed[KINETIC], sum[0]);
+    for (int u = 0; u < sim->n_use; u++)
+        if (sim->use[u].module->energy) sim->use[u].module->energy(sim, sim->use[u].state, &collector.sink);
+    memcpy(energy->momentum, sum + 1, sizeof energy->momentum);
+    memcpy(energy->angular_momentum, sum + 4, sizeof energy->angular_momentum);
+    comm_sum(energy->value, energy->n);
+    comm_sum(energy->momentum, 3);
+    comm_sum(energy->angular_momentum, 3);
+    comm_sum(energy->mass, N_SPECIES);
+    energy->total = 0;
+    for (int i = 0; i < energy->n; i++) energy->total += energy->value[i];
+    if (!energy->started) energy->first = energy->total;
+    energy->started = true;
+    energy->error = energy->first != 0 ? (energy->total - energy->first) / fabs(energy->first) : 0;
+    energy->worst = fmax(energy->worst, fabs(energy->error));
+}
+
+static void write_header(FILE *file, const struct sim *sim, const struct energy *energy)
+{
+    char t[64], e[64], p[64], l[64], m[64];
+    bool physical = sim->units.physical;
+    layout_unit_text(physical, "L V^-1", t, sizeof t);
+    layout_unit_text(physical, "M V^2", e, sizeof e);
+    layout_unit_text(physical, "M V", p, sizeof p);
+    layout_unit_text(physical, "M L V", l, sizeof l);
+    layout_unit_text(physical, "M", m, sizeof m);
+    fprintf(file, "t [%s],dt [%s],active", t, t);
+    for (int i = 0; i < energy->n; i++) fprintf(file, ",%s [%s]", energy->name[i], e);
+    fprintf(file, ",total [%s],error", e);
+    for (int k = 0; k < 3; k++) fprintf(file, ",momentum_%c [%s]", 'x' + k, p);
+    for (int k = 0; k < 3; k++) fprintf(file, ",angular_momentum_%c [%s]", 'x' + k, l);
+    for (int s = 0; s < N_SPECIES; s++) fprintf(file, ",mass_%s [%s]", species_names[s], m);
+    fprintf(file, "\n");
+}
+
+void energy_write(const struct sim *sim, const struct energy *energy, const char *path)
+{
+    if (comm_rank() != 0) return;
+    FILE *file = fopen(path, "a");
+    if (!file) fail(STATUS_ENVIRONMENT, "%s: cannot be written: %s", path, strerror(errno));
+    fseek(file, 0, SEEK_END);
+    if (ftell(file) == 0) write_header(file, sim, energy);
+    const struct units *units = &sim->units;
+    double t = layout_factor(units, "L V^-1"), e = layout_factor(units, "M V^2"), p = layout_factor(units, "M V"),
+           l = layout_factor(units, "M L V"), m = layout_factor(units, "M");
+    int64_t active = 0;
+    for_species(sim, s) active += s->n_ending;
+    fprintf(file, "%.10g,%.6g,%lld", t * timeline_now(&sim->time), t * sim->last_dt, (long long)active);
+    for (int i = 0; i < energy->n; i++) fprintf(file, ",%.12g", e * energy->value[i]);
+    fprintf(file, ",%.12g,%.6e", e * energy->total, energy->error);
+    for (int k = 0; k < 3; k++) fprintf(file, ",%.8e", p * energy->momentum[k]);
+    for (int k = 0; k < 3; k++) fprintf(file, ",%.8e", l * energy->angular_momentum[k]);
+    for (int s = 0; s < N_SPECIES; s++) fprintf(file, ",%.15g", m * energy->mass[s]);
+    fprintf(file, "\n");
+    if (fclose(file) != 0) fail(STATUS_ENVIRONMENT, "%s: cannot be written: %s", path, strerror(errno));
+}
+
+void energy_trim(const struct sim *sim, const char *path)
+{
+    if (comm_rank() != 0) return;
+    FILE *file = fopen(path, "r+");
+    if (!file) return;
+    double now = layout_factor(&sim->units, "L V^-1") * timeline_now(&sim->time);
+    char *line = NULL;
+    size_t size = 0;
+    long keep = 0;
+    while (getline(&line, &size, file) > 0) {
+        char *end;
+        double t = strtod(line, &end);
+        if (end != line && t > now + 1e-9 * fabs(now)) break;
+        keep = ftell(file);
+    }
+    free(line);
+    fclose(file);
+    if (truncate(path, keep) != 0) fail(STATUS_ENVIRONMENT, "%s: cannot be written: %s", path, strerror(errno));
+}

@@ -1,0 +1,28 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Conserved quantities and the ledger of what left them: energy.csv, one row a recorded full
+ * synchronisation. Columns: t,dt,active,kinetic,thermal,potential, then a reservoir for each cause
+ * that a module books, total (the sum of these energies), error ((total - first)/|first|), momentum,
+ * angular momentum, masses by species. Scenes with physical units are written in the units of
+ * their snapshots. */
+#ifndef TEPHRA_ENERGY_H
+#define TEPHRA_ENERGY_H
+#include "sim.h"
+
+enum { ENERGY_COLUMNS = 24, ENERGY_NAME = 32 };
+
+struct energy {
+    int n;                                      /* energies: kinetic, thermal, potential, reservoirs */
+    char name[ENERGY_COLUMNS][ENERGY_NAME];
+    double value[ENERGY_COLUMNS];
+    double total, first, error, worst;          /* worst: largest |error| so far */
+    double momentum[3], angular_momentum[3], mass[N_SPECIES];
+    bool started;                               /* first is set */
+};
+
+/* Sums over all rows of all ranks. Potentials must be fresh. */
+void energy_measure(struct sim *sim, struct energy *energy);
+/* Appends a row to the file; with the header if the file is new. Rank 0 only. */
+void energy_write(const struct sim *sim, const struct energy *energy, const char *path);
+/* Before a run goes on: drops the rows that are later than now. */
+void energy_trim(const struct sim *sim, const char *path);
+#endif

@@ -1,0 +1,85 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Groups and units of snapshots (layout.h). */
+#include "layout.h"
+#include "constants.h"
+#include "module.h"
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+const int layout_type[N_SPECIES] = {[GAS] = 0, [DARK] = 1, [CLOUD] = 3, [STAR] = 4};
+
+static const char letters[] = "LMV";
+static const char *const kpc_names[3] = {"kpc", "1e10 Msun", "km/s"};
+
+struct layout_unit layout_unit(bool physical)
+{
+    if (!physical) return (struct layout_unit){1, 1, 1, "none"};
+    return (struct layout_unit){1e3 * CONST_PC, 1e10 * CONST_M_SUN, 1e5, "kpc, 1e10 Msun, km/s"};
+}
+
+void layout_powers(const char *unit, int power[3])
+{
+    for (int k = 0; k < 3; k++) {
+        const char *at = strchr(unit, letters[k]);
+        power[k] = !at ? 0 : at[1] == '^' ? atoi(at + 2) : 1;
+    }
+}
+
+double layout_cgs(const struct layout_unit *unit, const int power[3])
+{
+    return pow(unit->length, power[0]) * pow(unit->mass, power[1]) * pow(unit->velocity, power[2]);
+}
+
+double layout_factor(const struct units *code, const char *unit)
+{
+    if (!code->physical) return 1;
+    struct layout_unit file = layout_unit(true);
+    /* Ratios first: a code unit that is the file's gives exactly 1. */
+    struct layout_unit ratio = {code->length / file.length, code->mass / file.mass,
+                                code->velocity / file.velocity, ""};
+    int power[3];
+    layout_powers(unit, power);
+    return layout_cgs(&ratio, power);
+}
+
+void layout_unit_text(bool physical, const char *unit, char *text, size_t size)
+{
+    snprintf(text, size, "%s", unit);
+    int power[3];
+    layout_powers(unit, power);
+    if (!physical || !(power[0] || power[1] || power[2])) return;
+    size_t used = 0;
+    text[0] = 0;
+    for (int k = 0; k < 3; k++) {
+        int j = (k + 1) % 3;    /* masses first: "1e10 Msun kpc^-3" */
+        if (power[j] == 0 || used >= size) continue;
+        const char *space = used > 0 ? " " : "", *name = kpc_names[j];
+        const char *form = power[j] == 1 ? "%s%s" : j == 0 ? "%s%s^%d" : "%s(%s)^%d";
+        used += (size_t)snprintf(text + used, size - used, form, space, name, power[j]);
+    }
+}
+
+/* The real parameter of that name of any module in use. */
+static double parameter(const struct sim *sim, const char *name, double fallback)
+{
+    for (int i = 0; i < sim->n_use; i++)
+        for (const struct param *p = sim->use[i].module->params; p && p->name; p++)
+            if (p->type == PARAM_REAL && strcmp(p->name, name) == 0)
+                return *(const double *)((const char *)sim->use[i].state + p->offset);
+    return fallback;
+}
+
+double layout_kelvin(const struct sim *sim)
+{
+    if (!sim->units.physical) return 0;
+    const double ionised = 0.6;     /* mean molecular weight of ionised gas of solar composition */
+    double energy = sim->units.velocity * sim->units.velocity;
+    return (parameter(sim, "gamma", 5.0 / 3) - 1) * parameter(sim, "mu", ionised) * CONST_M_PROTON / CONST_K_B * energy;
+}
+
+double layout_gyr(const struct units *code, double time)
+{
+    return code->physical ? time * (code->length / code->velocity / (1e9 * CONST_YEAR)) : time;
+}

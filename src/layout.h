@@ -1,0 +1,28 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * What snapshots have in common: which PartType group holds a species, and the units of the file.
+ * Scenes with physical units are always written in kpc, 1e10 Msun and km/s, because yt assumes
+ * these; dimensionless scenes as they are. See doc/manual/output.md. */
+#ifndef TEPHRA_LAYOUT_H
+#define TEPHRA_LAYOUT_H
+#include "sim.h"
+
+enum { LAYOUT_TYPES = 6 };      /* PartType0 to PartType5 */
+extern const int layout_type[N_SPECIES];    /* the PartType of a species */
+
+/* Unit of the file in cgs; 1 for dimensionless scenes. */
+struct layout_unit { double length, mass, velocity; const char *name; };
+struct layout_unit layout_unit(bool physical);
+/* Powers of length, mass and velocity in a column's unit: "M L^-3" gives {-3, 1, 0}. */
+void layout_powers(const char *unit, int power[3]);
+/* length^power[0] mass^power[1] velocity^power[2] in cgs. */
+double layout_cgs(const struct layout_unit *unit, const int power[3]);
+/* What a number in code units is multiplied by to be one in the file's. */
+double layout_factor(const struct units *code, const char *unit);
+/* "1e10 Msun kpc^-3" for "M L^-3"; of a dimensionless scene the unit itself. */
+void layout_unit_text(bool physical, const char *unit, char *text, size_t size);
+/* Temperature in K of one code unit of specific internal energy, (gamma - 1) mu m_p / k_B; 0 if the
+ * scene is dimensionless. gamma and mu are those of the modules in use, else 5/3 and 0.6. */
+double layout_kelvin(const struct sim *sim);
+/* Gyr for physical scenes; for dimensionless ones the time itself. */
+double layout_gyr(const struct units *code, double time);
+#endif

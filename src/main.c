@@ -1,0 +1,47 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * The command line: finds the command and runs it. */
+#include "cmd.h"
+#include "comm.h"
+#include "log.h"
+#include "module.h"
+#include "version.h"
+#include <stdio.h>
+#include <string.h>
+
+static void usage(FILE *stream)
+{
+    fprintf(stream, "tephra %s: a multi-phase TreeSPH program for galaxies and molecular clouds\n\n", version_number);
+    for (const struct command *const *c = command_list; *c; c++)
+        fprintf(stream, "  tephra %-58s %s\n", (*c)->usage, (*c)->doc);
+    fprintf(stream, "  tephra %-58s %s\n", "--version", "version and build");
+}
+
+static int run_command(int argc, char **argv)
+{
+    if (argc < 2 || strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "help") == 0) {
+        usage(argc < 2 ? stderr : stdout);
+        return argc < 2 ? STATUS_INPUT : STATUS_DONE;
+    }
+    if (strcmp(argv[1], "--version") == 0) {
+        version_print(stdout);
+        return STATUS_DONE;
+    }
+    const char *names[64];
+    int count = 0;
+    for (const struct command *const *c = command_list; *c; c++) {
+        if (strcmp((*c)->name, argv[1]) == 0) return (*c)->run(argc - 1, argv + 1);
+        names[count++] = (*c)->name;
+    }
+    const char *near = fail_nearest(argv[1], names, count);
+    fail(STATUS_INPUT, "there is no command \"%s\"%s%s%s; `tephra --help` lists them", argv[1],
+         near ? " (did you mean \"" : "", near ? near : "", near ? "\"?)" : "");
+}
+
+int main(int argc, char **argv)
+{
+    comm_begin(&argc, &argv);
+    log_silence(comm_rank() != 0);
+    int status = run_command(argc, argv);
+    comm_end();
+    return status;
+}

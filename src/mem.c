@@ -1,0 +1,161 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Memory by owner. Each block is preceded by a record of its owner and size; the owners' sums stand
+ * in one small table behind a mutex. calloc leaves fresh pages untouched, so that the thread that
+ * works on a large column is the one that places it. */
+#include "mem.h"
+#include "fail.h"
+#include <pthread.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { ALIGNMENT = 64, MAX_OWNERS = 64 };
+
+struct owner { const char *name; size_t now, peak; };
+
+/* Stands in the ALIGNMENT bytes before the block. */
+struct record { void *raw; size_t bytes; struct owner *owner; };
+
+static struct {
+    pthread_mutex_t lock;
+    struct owner owner[MAX_OWNERS];
+    int n;
+    size_t now, peak;
+} ledger = { .lock = PTHREAD_MUTEX_INITIALIZER };
+
+static struct record *record_of(void *block)
+{
+    return (struct record *)(void *)((char *)block - ALIGNMENT);
+}
+
+/* The owner's row; beyond the table's end all share the last. The lock is held. */
+static struct owner *find_owner(const char *name)
+{
+    for (int i = 0; i < ledger.n; i++)
+        if (strcmp(ledger.owner[i].name, name) == 0) return &ledger.owner[i];
+    if (ledger.n == MAX_OWNERS) return &ledger.owner[MAX_OWNERS - 1];
+    ledger.owner[ledger.n].name = ledger.n < MAX_OWNERS - 1 ? name : "others";
+    return &ledger.owner[ledger.n++];
+}
+
+static struct owner *book(const char *name, size_t gained, size_t lost)
+{
+    pthread_mutex_lock(&ledger.lock);
+    struct owner *owner = find_owner(name);
+    owner->now += gained - lost;
+    ledger.now += gained - lost;
+    if (owner->now > owner->peak) owner->peak = owner->now;
+    if (ledger.now > ledger.peak) ledger.peak = ledger.now;
+    pthread_mutex_unlock(&ledger.lock);
+    return owner;
+}
+
+static size_t raw_bytes(const char *owner, size_t bytes)
+{
+    if (bytes > PTRDIFF_MAX - 2 * ALIGNMENT)
+        fail(STATUS_FAULT, "%s asked for %zu bytes of memory, more than can exist", owner, bytes);
+    return bytes + 2 * ALIGNMENT;
+}
+
+static _Noreturn void fail_memory(const char *owner, size_t bytes)
+{
+    fail(STATUS_ENVIRONMENT, "out of memory: %s asked for %.1f MB while %.1f MB are held",
+         owner, 1e-6 * (double)bytes, 1e-6 * (double)mem_now());
+}
+
+static void *block_in(void *raw)
+{
+    uintptr_t start = (uintptr_t)raw + ALIGNMENT;
+    return (char *)raw + ALIGNMENT + (ALIGNMENT - start % ALIGNMENT) % ALIGNMENT;
+}
+
+void *mem_alloc(const char *owner, size_t bytes)
+{
+    if (bytes == 0) return NULL;
+    void *raw = calloc(1, raw_bytes(owner, bytes));
+    if (!raw) fail_memory(owner, bytes);
+    void *block = block_in(raw);
+    *record_of(block) = (struct record){ raw, bytes, book(owner, bytes, 0) };
+    return block;
+}
+
+void *mem_resize(const char *owner, void *block, size_t bytes)
+{
+    if (!block) return mem_alloc(owner, bytes);
+    if (bytes == 0) {
+        mem_free(block);
+        return NULL;
+    }
+    struct record old = *record_of(block);
+    ptrdiff_t offset = (char *)block - (char *)old.raw;
+    void *raw = realloc(old.raw, raw_bytes(owner, bytes));
+    if (!raw) fail_memory(owner, bytes);
+    void *moved = block_in(raw);
+    char *contents = (char *)raw + offset;
+    if (moved != contents) memmove(moved, contents, old.bytes < bytes ? old.bytes : bytes);
+    book(old.owner->name, 0, old.bytes);
+    *record_of(moved) = (struct record){ raw, bytes, book(owner, bytes, 0) };
+    return moved;
+}
+
+void mem_free(void *block)
+{
+    if (!block) return;
+    struct record old = *record_of(block);
+    book(old.owner->name, 0, old.bytes);
+    free(old.raw);
+}
+
+char *mem_text(const char *owner, const char *text)
+{
+    size_t bytes = strlen(text) + 1;
+    return memcpy(mem_alloc(owner, bytes), text, bytes);
+}
+
+char *mem_vformat(const char *owner, const char *format, va_list arguments)
+{
+    va_list again;
+    va_copy(again, arguments);
+    size_t bytes = (size_t)vsnprintf(NULL, 0, format, again) + 1;
+    va_end(again);
+    char *text = mem_alloc(owner, bytes);
+    vsnprintf(text, bytes, format, arguments);
+    return text;
+}
+
+char *mem_format(const char *owner, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    char *text = mem_vformat(owner, format, arguments);
+    va_end(arguments);
+    return text;
+}
+
+size_t mem_now(void)
+{
+    pthread_mutex_lock(&ledger.lock);
+    size_t now = ledger.now;
+    pthread_mutex_unlock(&ledger.lock);
+    return now;
+}
+
+size_t mem_peak(void)
+{
+    pthread_mutex_lock(&ledger.lock);
+    size_t peak = ledger.peak;
+    pthread_mutex_unlock(&ledger.lock);
+    return peak;
+}
+
+void mem_report(FILE *stream)
+{
+    pthread_mutex_lock(&ledger.lock);
+    fprintf(stream, "%-16s %12s %12s\n", "memory of", "now [MB]", "highest");
+    for (int i = 0; i < ledger.n; i++) {
+        const struct owner *owner = &ledger.owner[i];
+        fprintf(stream, "%-16s %12.3f %12.3f\n", owner->name, 1e-6 * (double)owner->now, 1e-6 * (double)owner->peak);
+    }
+    fprintf(stream, "%-16s %12.3f %12.3f\n", "all", 1e-6 * (double)ledger.now, 1e-6 * (double)ledger.peak);
+    pthread_mutex_unlock(&ledger.lock);
+}

@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * The one list: what the program consists of. Nothing else in src/ names a physics. The order of the
+ * modules is their order within a hook. */
+#include "module.h"
+
+#define MODULES(X) \
+    X(time) X(tree) X(leapfrog) X(pec) \
+    X(gravity) X(sph) \
+    X(ranks) X(steps) X(output)
+
+#define GENERATORS(X) X(evrard) X(plummer) X(uniform)
+
+#define COMMANDS(X) \
+    X(run) X(check) X(ics) X(force_test) X(info) X(compare) X(params)
+
+#define DECLARE(name) extern const struct module name##_module;
+MODULES(DECLARE)
+#undef DECLARE
+#define DECLARE(name) extern const struct generator name##_generator;
+GENERATORS(DECLARE)
+#undef DECLARE
+#define DECLARE(name) extern const struct command name##_command;
+COMMANDS(DECLARE)
+#undef DECLARE
+
+#define ENTRY(name) &name##_module,
+const struct module *const module_list[] = {MODULES(ENTRY) NULL};
+#undef ENTRY
+#define ENTRY(name) &name##_generator,
+const struct generator *const generator_list[] = {GENERATORS(ENTRY) NULL};
+#undef ENTRY
+#define ENTRY(name) &name##_command,
+const struct command *const command_list[] = {COMMANDS(ENTRY) NULL};
+#undef ENTRY

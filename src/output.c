@@ -1,0 +1,162 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * The block `output` and the hook RECORD: at full synchronisations energies, snapshots, pictures and
+ * checkpoints as they are due; between them a line of progress. */
+#include "output.h"
+#include "checkpoint.h"
+#include "comm.h"
+#include "log.h"
+#include "mem.h"
+#include "module.h"
+#include "profile.h"
+#include "signals.h"
+#include "snapshot.h"
+#include <math.h>
+#include <stdio.h>
+
+static const struct param params[] = {
+    {"snapshot_every", PARAM_REAL, "time", NULL, 1e-300, 1e300, NULL, "time between two snapshots", true,
+     offsetof(struct output, snapshot_every)},
+    {"energy_every", PARAM_REAL, "time", "none", 1e-300, 1e300, NULL,
+     "time between two rows of energy.csv; default: a sixteenth of snapshot_every", false,
+     offsetof(struct output, energy_every)},
+    {"picture_every", PARAM_REAL, "time", "none", 1e-300, 1e300, NULL,
+     "time between two pictures; default: no pictures but one at the end", true,
+     offsetof(struct output, picture_every)},
+    {"checkpoint_every", PARAM_REAL, "time", "none", 1e-300, 1e300, NULL,
+     "time between two checkpoints; default: snapshot_every", true,
+     offsetof(struct output, checkpoint_every)},
+    {"energy_limit", PARAM_REAL, "", "0.1", 0, 1e300, NULL,
+     "the run stops when the energy is off by more than this part of its largest component", true,
+     offsetof(struct output, energy_limit)},
+    {0}
+};
+
+static const struct saved saved[] = {
+    {"snapshots", offsetof(struct output, snapshots), sizeof(int64_t)},
+    {"pictures", offsetof(struct output, pictures), sizeof(int64_t)},
+    {"energy", offsetof(struct output, energy), sizeof(struct energy)},
+    {"picture", offsetof(struct output, picture), sizeof(struct picture)},
+    {0}
+};
+
+static const char *in_folder(const struct sim *sim, char *path, size_t size, const char *format, long long number)
+{
+    int used = snprintf(path, size, "%s/", sim->folder);
+    snprintf(path + used, size - (size_t)used, format, number);
+    return path;
+}
+
+static void output_declare(struct sim *sim, void *state)
+{
+    struct output *output = state;
+    if (!(output->energy_every > 0)) output->energy_every = output->snapshot_every / 16;
+    if (!(output->checkpoint_every > 0)) output->checkpoint_every = output->snapshot_every;
+    for (int s = 0; s < N_SPECIES; s++) species_need(&sim->species[s], COLUMN_pot);
+}
+
+static bool due(const struct sim *sim, int64_t cadence)
+{
+    int64_t tick = sim->time.tick;
+    return tick == 0 || tick == sim->time.tick_end || (cadence > 0 && tick % cadence == 0);
+}
+
+bool output_records(const struct sim *sim)
+{
+    const struct output *output = sim_state(sim, "output");
+    return timeline_synchronous(&sim->time)
+        && (due(sim, sim->time.energy) || due(sim, sim->time.snapshot) || output->snapshot_asked);
+}
+
+void output_snapshot(struct sim *sim)
+{
+    char path[4096];
+    struct output *output = sim_state(sim, "output");
+    snapshot_write(sim, in_folder(sim, path, sizeof path, "snapshot_%03lld.hdf5", output->snapshots++));
+}
+
+void output_checkpoint(struct sim *sim)
+{
+    char path[4096];
+    checkpoint_write(sim, in_folder(sim, path, sizeof path, "checkpoint.hdf5", 0));
+}
+
+static void refresh_potential(struct sim *sim)
+{
+    if (sim->fresh_potential) return;
+    for (int u = 0; u < sim->n_use; u++)
+        if (sim->use[u].module->potential) sim->use[u].module->potential(sim, sim->use[u].state);
+    sim->fresh_potential = true;
+}
+
+/* Beyond its limit? Compared with the largest component, since the total may nearly vanish. */
+static void check_energy(struct sim *sim, const struct output *output)
+{
+    const struct energy *energy = &output->energy;
+    double largest = fabs(energy->first), off = energy->total - energy->first;
+    for (int i = 0; i < energy->n; i++) largest = fmax(largest, fabs(energy->value[i]));
+    if (isfinite(off) && fabs(off) <= output->energy_limit * largest) return;
+    sim->failure.set = true;
+    snprintf(sim->failure.text, sizeof sim->failure.text,
+             "at t = %g the total energy is %g and was %g at the start: off by more than output.energy_limit = %g "
+             "of its largest component (shorter steps or a finer accuracy may help)",
+             timeline_now(&sim->time), energy->total, energy->first, output->energy_limit);
+}
+
+static void log_state(const struct sim *sim, const struct output *output)
+{
+    int64_t rows = 0;
+    for_species(sim, s) rows += s->n;
+    const struct energy *energy = &output->energy;
+    double wall = profile_wall() - sim->wall_start, part = (double)sim->time.tick / (double)sim->time.tick_end;
+    double left = part > sim->part_start ? wall * (1 - part) / (part - sim->part_start) : 0;
+    log_line("t %-10.6g step %-8lld updates/row %-8.1f K %-11.5g U %-11.5g W %-11.5g error %+.2e  %.0f s, ETA %.0f s",
+             timeline_now(&sim->time), (long long)sim->steps, (double)sim->updates / (double)(rows ? rows : 1),
+             energy->value[0], energy->value[1], energy->value[2], energy->error, wall, left);
+}
+
+static void progress(const struct sim *sim)
+{
+    enum { WIDTH = 40 };
+    double part = (double)sim->time.tick / (double)sim->time.tick_end;
+    char bar[WIDTH + 1];
+    for (int i = 0; i < WIDTH; i++) bar[i] = i < part * WIDTH ? '#' : '.';
+    bar[WIDTH] = '\0';
+    double wall = profile_wall() - sim->wall_start;
+    log_progress("[%s] t = %.6g  step %lld  ETA %.0f s", bar, timeline_now(&sim->time), (long long)sim->steps,
+                 part > sim->part_start ? wall * (1 - part) / (part - sim->part_start) : 0.0);
+}
+
+static void output_record(struct sim *sim, void *state)
+{
+    struct output *output = state;
+    char path[4096];
+    if (!timeline_synchronous(&sim->time)) {
+        progress(sim);
+        return;
+    }
+    if (output_records(sim)) {
+        refresh_potential(sim);
+        energy_measure(sim, &output->energy);
+        energy_write(sim, &output->energy, in_folder(sim, path, sizeof path, "energy.csv", 0));
+        log_state(sim, output);
+        check_energy(sim, output);
+        if (sim->failure.set) return;
+    }
+    if (due(sim, sim->time.snapshot) || output->snapshot_asked) output_snapshot(sim);
+    output->snapshot_asked = false;
+    if (sim->time.picture > 0 ? due(sim, sim->time.picture) : sim->time.tick == sim->time.tick_end)
+        picture_write(sim, in_folder(sim, path, sizeof path, "picture_%03lld.png", output->pictures++),
+                      &output->picture);
+    if (due(sim, sim->time.checkpoint) && sim->time.tick > 0) {
+        sim->rebuild_next = true;   /* so that a run continued from here takes the same steps */
+        output_checkpoint(sim);
+    }
+    if (due(sim, sim->time.snapshot))
+        profile_write(sim, in_folder(sim, path, sizeof path, "profile.csv", 0));
+}
+
+const struct module output_module = {
+    .name = "output", .doc = "energies, snapshots, pictures, checkpoints", .kind = MODULE_DRIVER,
+    .params = params, .state_bytes = sizeof(struct output), .saved = saved,
+    .declare = output_declare, .hook[HOOK_RECORD] = output_record,
+};

@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * The block `output`: what a run writes into its directory, and when. */
+#ifndef TEPHRA_OUTPUT_H
+#define TEPHRA_OUTPUT_H
+#include "energy.h"
+#include "picture.h"
+
+struct output {
+    double snapshot_every, energy_every, picture_every, checkpoint_every, energy_limit;
+    int64_t snapshots, pictures;    /* written so far: the next numbers */
+    struct energy energy;
+    struct picture picture;
+    bool snapshot_asked;
+};
+
+/* An unscheduled checkpoint or a last snapshot, in the run directory. */
+void output_checkpoint(struct sim *sim);
+void output_snapshot(struct sim *sim);
+/* Whether the rows' energies are recorded at the present tick. */
+bool output_records(const struct sim *sim);
+#endif

@@ -1,0 +1,113 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * The life of a run. */
+#include "run.h"
+#include "comm.h"
+#include "log.h"
+#include "mem.h"
+#include "module.h"
+#include "output.h"
+#include "profile.h"
+#include "ranks.h"
+#include "signals.h"
+#include <math.h>
+#include <stdio.h>
+#include <unistd.h>
+
+/* The smallest rung says when the next step of any row ends: a longer one cannot end before. */
+static int lowest_rung(const struct sim *sim)
+{
+    uint8_t lowest = RUNG_TOP;
+    for_species(sim, s)
+        for (int64_t i = 0; i < s->n; i++) lowest = s->rung[i] < lowest ? s->rung[i] : lowest;
+    return lowest;
+}
+
+static void advance(struct sim *sim)
+{
+    struct timeline *time = &sim->time;
+    int64_t step = (int64_t)1 << lowest_rung(sim), before = time->tick;
+    time->tick = (time->tick / step + 1) * step;
+    if (time->tick > time->tick_end) time->tick = time->tick_end;
+    sim->last_dt = timeline_seconds(time, time->tick - before);
+}
+
+bool run_step(struct sim *sim, int last)
+{
+    bool first = !sim->started;
+    if (!first) advance(sim);
+    int64_t active = sim_find_active(sim);
+    sim->started = true;
+    sim->steps += !first;
+    sim->updates += first ? 0 : active;
+    sim->want_potential = sim->folder && output_records(sim);
+    sim->fresh_potential = false;
+    for (int h = 0; h <= last; h++) {
+        sim_run_hook(sim, h);
+        if (ranks_failed(sim)) return false;
+    }
+    return true;
+}
+
+/* A file `stop` in the run directory; taken away, so that the continued run does not stop too. */
+static bool stop_file(const struct sim *sim)
+{
+    char path[4096];
+    snprintf(path, sizeof path, "%s/stop", sim->folder);
+    return comm_rank() == 0 && unlink(path) == 0;
+}
+
+static bool asked_to_stop(const struct sim *sim, double max_wall)
+{
+    double stop = signals_stop() || stop_file(sim) || profile_wall() - sim->wall_start > max_wall;
+    comm_max(&stop, 1);
+    return stop > 0;
+}
+
+static bool asked_for_snapshot(void)
+{
+    double asked = signals_snapshot();
+    comm_max(&asked, 1);
+    return asked > 0;
+}
+
+static int failed(struct sim *sim)
+{
+    if (sim->failure.set) fprintf(stderr, "tephra: error: %s\n", sim->failure.text);
+    log_line("the numbers failed; the last state is in snapshot_%03lld.hdf5",
+             (long long)((struct output *)sim_state(sim, "output"))->snapshots);
+    output_snapshot(sim);
+    return STATUS_NUMBERS;
+}
+
+static void summary(const struct sim *sim, double cpu)
+{
+    const struct output *output = sim_state(sim, "output");
+    double sum[2] = {cpu, (double)mem_peak()};
+    comm_sum(sum, 2);
+    log_line("%lld steps, %lld updates, %.1f CPU s (%.2f microseconds an update), peak memory %.1f MB, largest energy error %.2e",
+             (long long)sim->steps, (long long)sim->updates, sum[0],
+             1e6 * sum[0] / (double)(sim->updates ? sim->updates : 1), sum[1] / 1e6, output->energy.worst);
+}
+
+int run_to_end(struct sim *sim, double max_wall)
+{
+    struct timeline *time = &sim->time;
+    struct output *output = sim_state(sim, "output");
+    double cpu = profile_cpu();
+    sim->wall_start = profile_wall();
+    sim->part_start = (double)time->tick / (double)time->tick_end;
+    bool fine = sim->started || run_step(sim, HOOK_RECORD);
+    while (fine && time->tick < time->tick_end) {
+        if (asked_to_stop(sim, max_wall)) {
+            output_checkpoint(sim);
+            summary(sim, profile_cpu() - cpu);
+            log_line("stopped on request at t = %g; go on with: tephra run --restart %s", timeline_now(time), sim->folder);
+            return STATUS_STOPPED;
+        }
+        output->snapshot_asked |= asked_for_snapshot();
+        fine = run_step(sim, HOOK_RECORD);
+    }
+    if (!fine) return failed(sim);
+    summary(sim, profile_cpu() - cpu);
+    return STATUS_DONE;
+}

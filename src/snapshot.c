@@ -1,0 +1,183 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Writes snapshots (snapshot.h). The layout is GADGET-4's, with attributes that its readers know:
+ * GADGET-4's scalings for each data set, the older VarDescription and CGSConversionFactor that
+ * pynbody reads, and plain `units` and `description` for people. */
+#include "snapshot.h"
+#include "comm.h"
+#include "h5.h"
+#include "layout.h"
+#include "mem.h"
+#include "provenance.h"
+#include "sort.h"
+#include <stdio.h>
+#include <string.h>
+
+/* Rows of a species by ascending id. */
+static int32_t *rows_by_id(const struct species *table)
+{
+    int32_t *order = mem_array("files", int32_t, table->n);
+    uint64_t *key = mem_array("files", uint64_t, table->n);
+    for (int64_t i = 0; i < table->n; i++) {
+        order[i] = (int32_t)i;
+        key[i] = table->id[i];
+    }
+    sort_keys(key, order, table->n);
+    mem_free(key);
+    return order;
+}
+
+/* Positions and velocities now of rows that are in the midst of their step. */
+static void predict(const struct sim *sim, const struct species *table, enum column column,
+                    const int32_t *order, double (*values)[3])
+{
+    bool moving = table->rung && table->rung0 && table->acc && !timeline_synchronous(&sim->time);
+    for (int64_t i = 0; moving && i < table->n; i++) {
+        int32_t row = order[i];
+        double lag = timeline_lag(&sim->time, table->rung[row], table->rung0[row]);
+        if (column == COLUMN_pos) sim_predict(&sim->time, table, row, values[i]);
+        else for (int k = 0; k < 3; k++) values[i][k] += lag * (double)table->acc[row][k];
+    }
+}
+
+static void scale(char kind, void *values, int64_t count, double factor)
+{
+    if (factor == 1) return;
+    double *wide = values;
+    float *narrow = values;
+    for (int64_t i = 0; i < count && kind == 'd'; i++) wide[i] *= factor;
+    for (int64_t i = 0; i < count && kind == 'f'; i++) narrow[i] = (float)(factor * (double)narrow[i]);
+}
+
+/* The attributes of a data set. unit: in powers of L, M, V, or "K". */
+static void describe(struct h5 *file, const char *path, bool physical, const char *unit, const char *text)
+{
+    struct layout_unit file_unit = layout_unit(physical);
+    int power[3];
+    char units[80], gadget[80];
+    layout_powers(unit, power);
+    layout_unit_text(physical, unit, units, sizeof units);
+    /* pynbody finds a power only before one more character, hence the space at the end. */
+    snprintf(gadget, sizeof gadget, "U_L^%d U_M^%d U_V^%d ", power[0], power[1], power[2]);
+    const struct { const char *name; double value; } number[] = {
+        {"a_scaling", 0}, {"h_scaling", 0}, {"aexp-scale-exponent", 0}, {"h-scale-exponent", 0},
+        {"length_scaling", power[0]}, {"mass_scaling", power[1]}, {"velocity_scaling", power[2]},
+        {"to_cgs", layout_cgs(&file_unit, power)}, {"CGSConversionFactor", layout_cgs(&file_unit, power)},
+    };
+    for (size_t i = 0; i < sizeof number / sizeof *number; i++)
+        h5_attr_double(file, path, number[i].name, number[i].value);
+    h5_attr_text(file, path, "VarDescription", gadget);
+    h5_attr_text(file, path, "units", units);
+    h5_attr_text(file, path, "description", text);
+}
+
+static void write_column(struct h5 *file, const struct sim *sim, const struct species *table,
+                         enum column column, const int32_t *order)
+{
+    const struct column_info *info = &column_table[column];
+    bool twice = column == COLUMN_h;
+    const char *text = twice ? "radius of the kernel's support, twice the smoothing length" : info->text;
+    char path[100];
+    char kind = info->element_bytes == 1 ? 'b' : info->kind;
+    void *values = mem_alloc("files", (size_t)table->n * species_row_bytes(column));
+    species_gather(column, species_column(table, column), values, order, table->n);
+    if (column == COLUMN_pos || column == COLUMN_vel) predict(sim, table, column, order, values);
+    scale(kind, values, table->n * info->components, layout_factor(&sim->units, info->unit) * (twice ? 2 : 1));
+    snprintf(path, sizeof path, "PartType%d/%s", layout_type[table->kind], info->file_name);
+    h5_write(file, path, kind, table->n, info->components, values);
+    describe(file, path, sim->units.physical, info->unit, text);
+    mem_free(values);
+}
+
+static void write_temperature(struct h5 *file, const struct sim *sim, const struct species *table,
+                              const int32_t *order)
+{
+    double kelvin = layout_kelvin(sim);
+    if (kelvin == 0 || !table->u) return;
+    char path[100];
+    float *values = mem_array("files", float, table->n);
+    for (int64_t i = 0; i < table->n; i++) values[i] = (float)(kelvin * (double)table->u[order[i]]);
+    snprintf(path, sizeof path, "PartType%d/Temperature", layout_type[table->kind]);
+    h5_write(file, path, 'f', table->n, 1, values);
+    describe(file, path, true, "K", "temperature, (gamma - 1) mu m_p u / k_B");
+    mem_free(values);
+}
+
+static void write_species(struct h5 *file, const struct sim *sim, const struct species *table)
+{
+    char group[20];
+    snprintf(group, sizeof group, "PartType%d", layout_type[table->kind]);
+    h5_group(file, group);
+    h5_attr_text(file, group, "species", species_names[table->kind]);
+    int32_t *order = rows_by_id(table);
+    for (int c = 0; c < N_COLUMNS; c++) {
+        bool stale = c == COLUMN_pot && !sim->fresh_potential;
+        if (*column_table[c].file_name && !stale && species_column(table, c))
+            write_column(file, sim, table, c, order);
+    }
+    write_temperature(file, sim, table, order);
+    mem_free(order);
+}
+
+static void write_units(struct h5 *file, const struct sim *sim, const char *group)
+{
+    struct layout_unit unit = layout_unit(sim->units.physical);
+    h5_attr_double(file, group, "UnitLength_in_cm", unit.length);
+    h5_attr_double(file, group, "UnitMass_in_g", unit.mass);
+    h5_attr_double(file, group, "UnitVelocity_in_cm_per_s", unit.velocity);
+    h5_attr_double(file, group, "UnitTime_in_s", unit.length / unit.velocity);
+    h5_attr_text(file, group, "units", unit.name);
+}
+
+static void write_header(struct h5 *file, const struct sim *sim)
+{
+    uint64_t count[LAYOUT_TYPES] = {0};
+    const uint64_t zero[LAYOUT_TYPES] = {0};
+    const double no_mass[LAYOUT_TYPES] = {0};
+    static const char *const names[] = {"NumPart_ThisFile", "NumPart_Total"};
+    static const char *const flags[] = {"Flag_Sfr", "Flag_Cooling", "Flag_StellarAge", "Flag_Metals",
+                                        "Flag_Feedback"};
+    for (int s = 0; s < N_SPECIES; s++) count[layout_type[s]] = (uint64_t)sim->species[s].n;
+    double now = timeline_now(&sim->time);
+    h5_group(file, "Header");
+    for (int i = 0; i < 2; i++) h5_attr_uints(file, "Header", names[i], count, LAYOUT_TYPES);
+    h5_attr_uints(file, "Header", "NumPart_Total_HighWord", zero, LAYOUT_TYPES);
+    h5_attr_doubles(file, "Header", "MassTable", no_mass, LAYOUT_TYPES);
+    h5_attr_double(file, "Header", "Time", now * layout_factor(&sim->units, "L V^-1"));
+    h5_attr_double(file, "Header", "Time_GYR", layout_gyr(&sim->units, now));
+    h5_attr_double(file, "Header", "Redshift", 0);
+    h5_attr_double(file, "Header", "BoxSize", 0);
+    h5_attr_int(file, "Header", "NumFilesPerSnapshot", 1);
+    h5_attr_int(file, "Header", "Flag_DoublePrecision", 1);
+    for (size_t i = 0; i < sizeof flags / sizeof *flags; i++) h5_attr_int(file, "Header", flags[i], 0);
+    write_units(file, sim, "Header");
+}
+
+/* The scene as it was given, key by key, beside what pynbody looks for here. */
+static void write_parameters(struct h5 *file, const struct sim *sim)
+{
+    h5_group(file, "Parameters");
+    write_units(file, sim, "Parameters");
+    h5_attr_double(file, "Parameters", "Time_GYR", layout_gyr(&sim->units, timeline_now(&sim->time)));
+    for (int b = 0; sim->scene && b < sim->scene->n; b++) {
+        const struct scene_block *block = &sim->scene->block[b];
+        for (int e = 0; e < block->n; e++) {
+            char name[200];
+            snprintf(name, sizeof name, "%s.%s", block->name, block->entry[e].key);
+            h5_attr_text(file, "Parameters", name, block->entry[e].value);
+        }
+    }
+}
+
+void snapshot_write(const struct sim *sim, const char *path)
+{
+    if (comm_rank() != 0) return;
+    struct h5 *file = h5_create(path);
+    write_header(file, sim);
+    write_parameters(file, sim);
+    h5_group(file, "Units");
+    write_units(file, sim, "Units");
+    provenance_write(file, sim);
+    for (int s = 0; s < N_SPECIES; s++)
+        if (sim->species[s].n > 0) write_species(file, sim, &sim->species[s]);
+    h5_close(file);
+}

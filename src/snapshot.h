@@ -1,0 +1,12 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Snapshots for people and their tools: one GADGET-4-style HDF5 file, ordered by id, that yt,
+ * pynbody and SPLASH open (doc/manual/output.md). */
+#ifndef TEPHRA_SNAPSHOT_H
+#define TEPHRA_SNAPSHOT_H
+#include "sim.h"
+
+/* Writes every column with a file name that the species has; positions and velocities are those of
+ * the present tick for rows in the midst of a step too. Potential only where it is fresh.
+ * Rank 0 writes, from complete tables; the other ranks return at once. */
+void snapshot_write(const struct sim *sim, const char *path);
+#endif

@@ -1,0 +1,322 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Reads initial conditions (start_file.h). Tolerant of names and precisions, strict about numbers:
+ * a NaN, a negative mass or an id used twice is refused with the particle's id. */
+#include "start_file.h"
+#include "h5.h"
+#include "layout.h"
+#include "log.h"
+#include "mem.h"
+#include "sort.h"
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+struct reader {
+    struct sim *sim;
+    struct h5 *file;
+    const char *path;
+    struct layout_unit unit;    /* of the file, over the scene's code unit */
+    bool swift;
+    double mass_table[LAYOUT_TYPES], count[LAYOUT_TYPES];
+};
+
+struct group { struct reader *reader; struct species *table; int type; int64_t first, n; };
+
+/* Spellings met in files of GADGET, AREPO, GIZMO and SWIFT; the first is the column's own. */
+static const char *const spellings[][3] = {
+    {"Coordinates", "Coordinate", "Positions"}, {"Velocities", "Velocity", NULL},
+    {"Masses", "Mass", NULL},                   {"ParticleIDs", "ParticleID", NULL},
+    {"InternalEnergy", "InternalEnergies", NULL}, {"SmoothingLength", "SmoothingLengths", NULL},
+    {"Density", "Densities", NULL},             {"Potential", "Potentials", NULL},
+    {"Acceleration", "Accelerations", NULL},    {"Temperature", "Temperatures", NULL},
+};
+enum { N_SPELLINGS = sizeof spellings / sizeof *spellings };
+
+/* SWIFT's h times this is the support's radius H of the cubic spline (Dehnen & Aly 2012, table 1). */
+static const double swift_support = 1.825742;
+
+/* --- header --- */
+
+/* The attribute of whichever of the three groups has it. */
+static bool header_number(struct h5 *file, const char *name, double *value)
+{
+    static const char *const groups[] = {"Units", "Parameters", "Header"};
+    for (int g = 0; g < 3; g++)
+        if (h5_read_attr(file, groups[g], name, value, 1)) return true;
+    return false;
+}
+
+static void refuse_cosmology(struct reader *r)
+{
+    static const struct { const char *name; double allowed; } number[] = {
+        {"OmegaLambda", 0}, {"HubbleParam", 1}, {"ComovingIntegrationOn", 0}};
+    for (int i = 0; i < 3; i++) {
+        double value;
+        if (header_number(r->file, number[i].name, &value) && value != number[i].allowed)
+            problems_add(&r->sim->problems, "%s is cosmological (%s = %g): only files with %s = %g can be read",
+                         r->path, number[i].name, value, number[i].name, number[i].allowed);
+    }
+}
+
+/* The file's units in cgs; false if it names none. */
+static bool named_units(struct reader *r)
+{
+    static const char *const gadget[3] = {"UnitLength_in_cm", "UnitMass_in_g", "UnitVelocity_in_cm_per_s"};
+    static const char *const swift[3] = {"Unit length in cgs (U_L)", "Unit mass in cgs (U_M)",
+                                         "Unit time in cgs (U_t)"};
+    double v[3];
+    bool named = true;
+    r->swift = true;
+    for (int k = 0; k < 3; k++) r->swift = r->swift && header_number(r->file, swift[k], &v[k]);
+    if (r->swift) v[2] = v[0] / v[2];
+    for (int k = 0; k < 3 && !r->swift; k++) named = named && header_number(r->file, gadget[k], &v[k]);
+    if (named) r->unit = (struct layout_unit){v[0], v[1], v[2], "named"};
+    return named;
+}
+
+static void read_units(struct reader *r)
+{
+    const struct units *code = &r->sim->units;
+    bool named = named_units(r);
+    if (!code->physical) {
+        r->unit = layout_unit(false);
+        return;
+    }
+    char *text = h5_read_attr_text(r->file, "Units", "units");
+    if (text && strcmp(text, "none") == 0)
+        problems_add(&r->sim->problems, "%s is dimensionless (units = none), but the scene has physical units; "
+                     "a scene with units: {G: 1} can start from it", r->path);
+    mem_free(text);
+    if (!named) {
+        r->unit = layout_unit(true);
+        log_warning("%s names no units: taken to be %s", r->path, r->unit.name);
+    }
+    r->unit.length /= code->length;
+    r->unit.mass /= code->mass;
+    r->unit.velocity /= code->velocity;
+}
+
+static double file_factor(const struct reader *r, const char *unit)
+{
+    int power[3];
+    layout_powers(unit, power);
+    return layout_cgs(&r->unit, power);
+}
+
+static void read_header(struct reader *r)
+{
+    double files = 1;
+    if (!h5_exists(r->file, "Header")) {
+        problems_add(&r->sim->problems, "%s has no group Header: not a snapshot of GADGET's kind", r->path);
+        return;
+    }
+    h5_read_attr(r->file, "Header", "NumFilesPerSnapshot", &files, 1);
+    if (files > 1)
+        problems_add(&r->sim->problems, "%s is one of %g files of a snapshot: join them first", r->path, files);
+    h5_read_attr(r->file, "Header", "MassTable", r->mass_table, LAYOUT_TYPES);
+    for (int t = 0; t < LAYOUT_TYPES; t++) r->count[t] = -1;
+    h5_read_attr(r->file, "Header", "NumPart_ThisFile", r->count, LAYOUT_TYPES);
+    refuse_cosmology(r);
+    read_units(r);
+    double start = 0;
+    if (h5_read_attr(r->file, "Header", "Time", &start, 1)) r->sim->time.start = start * file_factor(r, "L V^-1");
+    if (start != 0) log_line("%s: the run starts at the file's time, %g", r->path, r->sim->time.start);
+}
+
+/* --- groups and data sets --- */
+
+static enum species_kind group_species(struct h5 *file, const char *group, int type)
+{
+    static const enum species_kind usual[LAYOUT_TYPES] = {GAS, DARK, STAR, STAR, STAR, STAR};
+    enum species_kind kind = usual[type];
+    char *text = h5_read_attr_text(file, group, "species");
+    for (int s = 0; text && s < N_SPECIES; s++)
+        if (strcmp(text, species_names[s]) == 0) kind = s;
+    mem_free(text);
+    return kind;
+}
+
+/* The path of a data set under whichever name it has; false if there is none. */
+static bool find(const struct group *g, const char *name, char path[100])
+{
+    for (int i = 0; i < N_SPELLINGS; i++)
+        for (int j = 0; strcmp(spellings[i][0], name) == 0 && j < 3 && spellings[i][j]; j++) {
+            snprintf(path, 100, "PartType%d/%s", g->type, spellings[i][j]);
+            if (h5_exists(g->reader->file, path)) return true;
+        }
+    snprintf(path, 100, "PartType%d/%s", g->type, name);
+    return h5_exists(g->reader->file, path);
+}
+
+/* Data sets that the run does not use are named, and no more. */
+static void note_unused(const char *name, void *context)
+{
+    const struct group *g = context;
+    for (int i = 0; i < N_SPELLINGS; i++)
+        for (int j = 0; j < 3 && spellings[i][j]; j++)
+            if (strcmp(name, spellings[i][j]) == 0) return;
+    for (int c = 0; c < N_COLUMNS; c++)
+        if (species_has(g->table, c) && strcmp(name, column_table[c].file_name) == 0) return;
+    log_line("%s: PartType%d/%s is not used", g->reader->path, g->type, name);
+}
+
+static void scale(const struct column_info *info, void *values, int64_t n, double factor)
+{
+    double *wide = values;
+    float *narrow = values;
+    for (int64_t i = 0; i < n * info->components && factor != 1; i++) {
+        if (info->kind == 'd') wide[i] *= factor;
+        else if (info->kind == 'f') narrow[i] = (float)(factor * (double)narrow[i]);
+    }
+}
+
+static void read_column(const struct group *g, enum column column)
+{
+    const struct column_info *info = &column_table[column];
+    const struct reader *r = g->reader;
+    char path[100];
+    if (!find(g, info->file_name, path)) return;
+    char *values = (char *)species_column(g->table, column) + (size_t)g->first * species_row_bytes(column);
+    double factor = file_factor(r, info->unit);
+    if (column == COLUMN_h) factor *= r->swift ? swift_support / 2 : 0.5;
+    if (h5_read(r->file, path, info->element_bytes == 1 ? 'b' : info->kind, g->n, info->components, values))
+        scale(info, values, g->n, factor);
+}
+
+/* What a file may give in another way: masses in the header, ids not at all, u as a temperature. */
+static void fill_missing(const struct group *g, int64_t before)
+{
+    struct reader *r = g->reader;
+    struct species *table = g->table;
+    char path[100];
+    double mass = r->mass_table[g->type] * r->unit.mass, kelvin = layout_kelvin(r->sim);
+    if (!find(g, "Masses", path)) {
+        if (mass == 0)
+            problems_add(&r->sim->problems, "%s: PartType%d has neither Masses nor an entry in MassTable",
+                         r->path, g->type);
+        for (int64_t i = g->first; i < g->first + g->n; i++) table->mass[i] = mass;
+    }
+    if (!find(g, "ParticleIDs", path)) {
+        log_line("%s: PartType%d has no ParticleIDs: numbered in the file's order", r->path, g->type);
+        for (int64_t i = 0; i < g->n; i++) table->id[g->first + i] = (uint64_t)(before + i + 1);
+    }
+    if (!find(g, "Velocities", path))
+        log_line("%s: PartType%d has no Velocities: at rest", r->path, g->type);
+    if (table->kind != GAS || !table->u || find(g, "InternalEnergy", path)) return;
+    float *u = table->u + g->first;
+    if (kelvin == 0 || !find(g, "Temperature", path))
+        problems_add(&r->sim->problems, "%s: PartType%d has no InternalEnergy%s", r->path, g->type,
+                     kelvin == 0 ? "" : " and no Temperature");
+    else if (h5_read(r->file, path, 'f', g->n, 1, u))
+        for (int64_t i = 0; i < g->n; i++) u[i] = (float)((double)u[i] / kelvin);
+}
+
+static void read_group(struct reader *r, int type, int64_t *before)
+{
+    char path[100];
+    int components = 0;
+    struct group g = {.reader = r, .type = type};
+    snprintf(path, sizeof path, "PartType%d", type);
+    g.table = &r->sim->species[group_species(r->file, path, type)];
+    if (!find(&g, "Coordinates", path) || !h5_shape(r->file, path, &g.n, &components)) {
+        problems_add(&r->sim->problems, "%s: PartType%d has no Coordinates", r->path, type);
+        return;
+    }
+    if (r->count[type] >= 0 && r->count[type] != (double)g.n)
+        problems_add(&r->sim->problems, "%s: Header promises %.0f rows of PartType%d, Coordinates has %" PRId64,
+                     r->path, r->count[type], type, g.n);
+    static const enum column always[] = {COLUMN_pos, COLUMN_vel, COLUMN_mass, COLUMN_id};
+    for (int i = 0; i < 4; i++) species_need(g.table, always[i]);
+    g.first = g.table->n;
+    species_reserve(g.table, g.first + g.n);
+    g.table->n = g.table->n_own = g.first + g.n;
+    for (int c = 0; c < N_COLUMNS; c++)
+        if (*column_table[c].file_name && column_table[c].lifetime == KEEP && c != COLUMN_acc
+            && species_has(g.table, c)) read_column(&g, c);
+    fill_missing(&g, *before);
+    *before += g.n;
+    snprintf(path, sizeof path, "PartType%d", type);
+    h5_list(r->file, path, note_unused, &g);
+    log_line("%s: %" PRId64 " rows of PartType%d are %s", r->path, g.n, type, species_names[g.table->kind]);
+}
+
+/* --- numbers --- */
+
+static double component(const struct species *table, enum column column, int64_t index)
+{
+    const void *values = species_column(table, column);
+    return column_table[column].kind == 'd' ? ((const double *)values)[index] : (double)((const float *)values)[index];
+}
+
+/* Names the first row whose number is not finite or, where `least` is not -INFINITY, below it. */
+static void check_column(struct reader *r, const struct species *table, enum column column, double least)
+{
+    if (!species_column(table, column)) return;
+    const struct column_info *info = &column_table[column];
+    int64_t wrong = 0, first = -1;
+    for (int64_t i = 0; i < table->n * info->components; i++) {
+        double value = component(table, column, i);
+        if (isfinite(value) && value >= least) continue;
+        if (wrong++ == 0) first = i;
+    }
+    if (wrong == 0) return;
+    char more[40] = "";
+    if (wrong > 1) snprintf(more, sizeof more, " (and %" PRId64 " more)", wrong - 1);
+    problems_add(&r->sim->problems, "%s: %s particle %" PRIu64 " has %s = %g%s", r->path, species_names[table->kind],
+                 table->id[first / info->components], info->file_name, component(table, column, first), more);
+}
+
+static void check_ids(struct reader *r)
+{
+    int64_t total = 0, at = 0;
+    for_species(r->sim, table) total += table->n;
+    uint64_t *key = mem_array("files", uint64_t, total);
+    int32_t *kind = mem_array("files", int32_t, total);
+    for_species(r->sim, table)
+        for (int64_t i = 0; i < table->n; i++, at++) {
+            key[at] = table->id[i];
+            kind[at] = (int32_t)table->kind;
+        }
+    sort_keys(key, kind, total);
+    int64_t wrong = 0, first = 0;
+    for (int64_t i = 1; i < total; i++)
+        if (key[i] == key[i - 1] && wrong++ == 0) first = i;
+    if (wrong > 0)
+        problems_add(&r->sim->problems, "%s: the id %" PRIu64 " is used twice (%s and %s), as are %" PRId64
+                     " more: ids must be unique over all species", r->path, key[first],
+                     species_names[kind[first - 1]], species_names[kind[first]], wrong - 1);
+    mem_free(key);
+    mem_free(kind);
+}
+
+static void check_rows(struct reader *r)
+{
+    for_species(r->sim, table) {
+        check_column(r, table, COLUMN_pos, -INFINITY);
+        check_column(r, table, COLUMN_vel, -INFINITY);
+        check_column(r, table, COLUMN_mass, 0);
+        check_column(r, table, COLUMN_u, 0);
+        check_column(r, table, COLUMN_h, 0);
+    }
+    check_ids(r);
+}
+
+void start_file_read(struct sim *sim, const char *path)
+{
+    struct reader reader = {.sim = sim, .path = path, .file = h5_open(path), .unit = layout_unit(false)};
+    int64_t rows = 0;
+    int problems = sim->problems.count;
+    if (!h5_error(reader.file)) read_header(&reader);
+    for (int t = 0; t < LAYOUT_TYPES && sim->problems.count == problems; t++) {
+        char group[20];
+        snprintf(group, sizeof group, "PartType%d", t);
+        if (h5_exists(reader.file, group)) read_group(&reader, t, &rows);
+    }
+    if (h5_error(reader.file))
+        problems_add(&sim->problems, "%s %s", path, h5_error(reader.file));
+    else if (rows == 0 && sim->problems.count == problems)
+        problems_add(&sim->problems, "%s holds no particles", path);
+    if (sim->problems.count == problems) check_rows(&reader);
+    h5_close(reader.file);
+}
