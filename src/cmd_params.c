@@ -46,7 +46,10 @@ static void print_section(const struct section *section, bool roff)
 static void fail_unknown(const char *name, const struct section *section, int n)
 {
     const char *names[MAX_SECTIONS];
-    for (int i = 0; i < n; i++) names[i] = section[i].block;
+    for (int i = 0; i < n; i++) {
+        const char *generator = generator_of(section[i].table);
+        names[i] = generator ? generator : section[i].block;
+    }
     const char *near = fail_nearest(name, names, n);
     fail(STATUS_INPUT, "no block is called \"%s\"%s%s%s; tephra params lists them all", name,
          near ? " (did you mean \"" : "", near ? near : "", near ? "\"?)" : "");
