@@ -19,20 +19,24 @@ enum softening_form {
 
 struct pair { real pull, depth; };
 
-#define PAIR_PULL  1.5f
-#define PAIR_DEPTH 0.5f
+#define PAIR_PULL  (REAL_GUESS ? 1.5f : 1.f)
+#define PAIR_DEPTH (REAL_GUESS ? 0.5f : 1.f)
 /* Squared distances below this count as this, in units of the target group's size squared: its
  * power -3/2 times a mass is still a float. */
 #define PAIR_FLOOR 1e-16f
 
-/* r2 includes the softening. One Newton step on the guess y of 1/sqrt(r2), folded into its powers:
- * y^3 (5 - 3 r2 y^2)/2 and y (3 - r2 y^2)/2. */
+/* r2 includes the softening. Where y = 1/sqrt(r2) is a guess, one Newton step is folded into its
+ * powers: y^3 (5 - 3 r2 y^2)/2 and y (3 - r2 y^2)/2. */
 HD struct pair pair_newton(real r2, real mass)
 {
     real y = real_rsqrt_guess(r2), y2 = y * y, my = mass * y;
     struct pair p;
-    p.pull = my * y2 * (real_splat(5.0 / 3.0) - r2 * y2);
-    p.depth = my * (3.f - r2 * y2);
+    p.pull = my * y2;
+    p.depth = my;
+    if (REAL_GUESS) {
+        p.pull *= real_splat(5.0 / 3.0) - r2 * y2;
+        p.depth *= 3.f - r2 * y2;
+    }
     return p;
 }
 
