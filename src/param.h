@@ -43,8 +43,11 @@ struct problems;
 struct param_target { const struct param *table; void *values; };
 void param_read(const struct scene *scene, const char *block, const struct param_target *tables,
                 const struct units *units, struct problems *problems);
-/* Writes "  key: value" lines for used.yml: in code units, 17 digits, paths absolute. */
+/* Writes "  key: value" lines for used.yml: in code units, so that reading them gives the same bits;
+ * texts quoted, paths absolute. */
 void param_write(FILE *stream, const struct param_target *tables);
+/* Frees the texts and paths that param_read allocated. */
+void param_free(const struct param_target *tables);
 /* Human-readable table rows for `tephra params` and, as roff, for the man page. */
 void param_describe(FILE *stream, const char *block, const struct param *table, bool roff);
 #endif

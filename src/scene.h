@@ -7,7 +7,7 @@
 
 struct problems;
 
-struct scene_entry { char *key, *value; char *place; /* "evrard.yml:12" or "--set" */ };
+struct scene_entry { char *key, *value; char *place; /* "evrard.yml:12", "--set", "command line" */ };
 struct scene_block { char *name; char *place; struct scene_entry *entry; int n; };
 struct scene {
     char *path, *folder;            /* as given; folder that relative paths start from */
@@ -27,4 +27,7 @@ void scene_set(struct scene *scene, const char *assignment, struct problems *pro
 struct scene_block *scene_find(const struct scene *scene, const char *block);
 /* Text of block.key, or NULL. */
 const char *scene_value(const struct scene *scene, const char *block, const char *key);
+/* Where block.key was written ("evrard.yml:12", "--set"): for messages. Without such a key (or with
+ * NULL) the block's place, without such a block the file's name. */
+const char *scene_place(const struct scene *scene, const char *block, const char *key);
 #endif

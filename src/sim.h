@@ -46,7 +46,7 @@ struct sim {
 
 /* Loops over the species that have rows. */
 #define for_species(sim, table) \
-    for (struct species *table = (sim)->species; table < (sim)->species + N_SPECIES; table++) \
+    for (__typeof__((sim)->species[0]) *table = (sim)->species; table < (sim)->species + N_SPECIES; table++) \
         if (table->n > 0)
 
 /* What a simulation is made for: SIM_FORCES has no time, no integrator and no output. */

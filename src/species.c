@@ -54,7 +54,7 @@ void species_reserve(struct species *table, int64_t capacity)
         void **data = slot(table, c);
         size_t row = species_row_bytes(c);
         int64_t kept = *data ? table->n : 0;
-        if (*data && capacity == table->capacity) continue;
+        if (capacity == 0 || (*data && capacity == table->capacity)) continue;
         *data = mem_resize("columns", *data, (size_t)capacity * row);
         memset((char *)*data + (size_t)kept * row, 0, (size_t)(capacity - kept) * row);
     }
