@@ -19,16 +19,20 @@ enum softening_form {
 
 struct pair { real pull, depth; };
 
-#define PAIR_PULL  1.5f
-#define PAIR_DEPTH 0.5f
-/* r2 includes the softening. One Newton step on the guess y of 1/sqrt(r2), folded into its powers:
- * y^3 (5 - 3 r2 y^2)/2 and y (3 - r2 y^2)/2. */
+#define PAIR_PULL  (REAL_GUESS ? 1.5f : 1.0f)
+#define PAIR_DEPTH (REAL_GUESS ? 0.5f : 1.f)
+/* r2 includes the softening. Where y = 1/sqrt(r2) is a guess, one Newton step is folded into its
+ * powers: y^3 (5 - 3 r2 y^2)/2 and y (3 - r2 y^2)/2. */
 HD struct pair pair_newton(real r2, real mass)
 {
     real y = real_rsqrt_guess(r2), y2 = y * y, my = mass * y;
     struct pair p;
-    p.pull = my * y2 * (real_splat(5.0 / 3.0) - r2 * y2);
-    p.depth = my * (3.f - r2 * y2);
+    p.pull = my * y2;
+    p.depth = my;
+    if (REAL_GUESS) {
+        p.pull *= real_splat(5.0 / 3.0) - r2 * y2;
+        p.depth *= 3.f - r2 * y2;
+    }
     return p;
 }
 
@@ -57,8 +61,8 @@ HD struct pair pair_spline(real r2, real mass, real support2)
     real inner_depth = 14.f * fifth - u2 * (16.f * third + u2 * (-48.f * fifth + 32.f * fifth * u));
     real outer_depth = 16.f * fifth - w3 - w2 * (32.f * third + w * (-16.f + w * (48.f * fifth - 32.f * third * fifth * w)));
     real near = real_if_less(floor, support2, mass, zero) * h1;
-    real pull = near * h1 * h1 * (2.f * third) * real_if_less(u, half, inner_pull, outer_pull);
-    real depth = near * (1.f / PAIR_DEPTH) * real_if_less(u, half, inner_depth, outer_depth);
+    real pull = near * h1 * h1 * real_splat(1.0 / PAIR_PULL) * real_if_less(u, half, inner_pull, outer_pull);
+    real depth = near * real_splat(1.0 / PAIR_DEPTH) * real_if_less(u, half, inner_depth, outer_depth);
     p.pull = real_if_less(u, one, pull, p.pull);
     p.depth = real_if_less(u, one, depth, p.depth);
     return p;

@@ -12,7 +12,9 @@
 typedef double real;
 
 HD real real_splat(double x) { return x; }
-/* 1/sqrt(x), possibly good to a few digits only: the caller adds a Newton step. */
+/* real_rsqrt_guess is good to a few digits only, so that the caller adds a Newton step. */
+enum { REAL_GUESS = 0 };
+/* 1/sqrt(x) */
 HD real real_rsqrt_guess(real x) { return 1.0 / sqrt(x); }
 HD real real_max(real a, real b) { return a > b ? a : b; }
 HD real real_fma(real a, real b, real c) { return a * b + c; }

@@ -6,6 +6,8 @@
 #define TEPHRA_SIMD_H
 #include "hd.h"
 
+enum { REAL_GUESS = 1 };
+
 HD real real_splat(float x) { return x - (real){0}; }
 HD real real_if(simd_int mask, real x, real y)
 { return (real)(((simd_int)x & mask) | ((simd_int)y & ~mask)); }

@@ -1,0 +1,20 @@
+#!/bin/sh
+# SPDX-License-Identifier: GPL-3.0-or-later
+# Two ranks give the same run as one: bit for bit, since cells, groups and the order of sums follow
+# from the keys alone.
+. "$TEPHRA_SOURCE/tests/lib.sh"
+tephra --version | grep -q 'MPI *no' && { echo "built without MPI"; exit 77; }
+command -v mpirun >/dev/null || { echo "there is no mpirun"; exit 77; }
+
+scene=$TEPHRA_SOURCE/ics/evrard.yml
+small="--set start.n=2000 --set time.end=0.2 --set output.snapshot_every=0.1 --threads 1"
+expect_status 0 tephra run "$scene" $small --out one
+for ranks in 2 3; do
+    expect_status 0 mpirun -n $ranks --oversubscribe tephra run "$scene" $small --out ranks$ranks
+    for k in 0 1 2; do same one/snapshot_00$k.hdf5 ranks$ranks/snapshot_00$k.hdf5; done
+done
+
+# A mistake is told once and ends all ranks with the same status.
+expect_status 2 mpirun -n 2 --oversubscribe tephra run "$scene" --set sph.neigbours=40 --out bad
+[ "$(grep -c 'did you mean' err)" -eq 1 ] || fail "the message stands $(grep -c 'did you mean' err) times"
+finish

@@ -1,0 +1,57 @@
+#!/bin/sh
+# SPDX-License-Identifier: GPL-3.0-or-later
+# A run's promises: bit for bit the same on 1 and 2 threads, when continued from a scheduled
+# checkpoint and from its used.yml; stops on request; columns of modules that a scene does not name
+# do not exist.
+. "$TEPHRA_SOURCE/tests/lib.sh"
+
+scene=$TEPHRA_SOURCE/ics/evrard.yml
+small="--set start.n=2000 --set time.end=0.4 --set output.snapshot_every=0.1 --set output.picture_every=0.2"
+
+expect_status 0 tephra run "$scene" $small --threads 1 --out one
+expect_status 0 tephra run "$scene" $small --threads 2 --out two
+for k in 0 1 2 3 4; do same one/snapshot_00$k.hdf5 two/snapshot_00$k.hdf5; done
+cut -d, -f1-10 one/energy.csv >a; cut -d, -f1-10 two/energy.csv >b
+cmp -s a b || fail "energies differ on 1 and 2 threads"
+
+# What a run leaves.
+for f in used.yml log.txt energy.csv profile.csv checkpoint.hdf5 picture_000.png; do
+    [ -s one/$f ] || fail "$f is not there"
+done
+ls one | grep -q tmp && fail "temporary files are left"
+
+# used.yml reproduces the run.
+expect_status 0 tephra run one/used.yml --out again
+same one/snapshot_004.hdf5 again/snapshot_004.hdf5
+
+# To half time, then on.
+expect_status 0 tephra run "$scene" $small --set time.end=0.2 --out half
+expect_status 0 tephra run --restart half --set time.end=0.4
+same one/snapshot_004.hdf5 half/snapshot_004.hdf5
+cut -d, -f1-10 half/energy.csv >b
+cmp -s a b || fail "energies differ after a restart"
+expect_status 0 tephra run --restart half
+expect_text 'nothing to do' err
+
+# Stopped in the midst of it, then on: the same physics, not the same bits.
+tephra run "$scene" $small --out stopped >/dev/null 2>&1 &
+pid=$!
+while [ ! -s stopped/snapshot_001.hdf5 ] && kill -0 $pid 2>/dev/null; do sleep 0.05; done
+kill -TERM $pid
+wait $pid; status=$?
+if [ $status -eq 4 ]; then
+    expect_status 0 tephra run --restart stopped
+    tail -n 1 one/energy.csv | cut -d, -f4-6 >a; tail -n 1 stopped/energy.csv | cut -d, -f4-6 >b
+    paste -d, a b | awk -F, '{ for (i = 1; i <= 3; i++) { d = $i - $(i + 3); if (d * d > 1e-6 * $i * $i) exit 1 } }' ||
+        fail "energies differ after a stop: $(cat a) and $(cat b)"
+else
+    fail "SIGTERM: exit status $status, not 4"
+fi
+tephra run "$scene" $small --out wall --max-wall 0s >/dev/null 2>&1
+[ $? -eq 4 ] || fail "--max-wall: exit status is not 4"
+
+# A scene without gas has neither its columns nor its cost.
+expect_status 0 tephra check "$TEPHRA_SOURCE/ics/plummer.yml" --set start.n=500
+grep -q 'sph' out_text && fail "a scene without sph lists it"
+grep -Eq ' (h|rho|u)( |$)' out_text && fail "a scene without sph has its columns"
+finish
