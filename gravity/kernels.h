@@ -1,0 +1,79 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * The engine of gravity: kernels on small float tiles relative to the centre of a target group, in
+ * units of its size, without G. One table an instruction set, chosen at run time. */
+#ifndef TEPHRA_GRAVITY_KERNELS_H
+#define TEPHRA_GRAVITY_KERNELS_H
+#include <stdbool.h>
+#include <stdint.h>
+
+enum { GRAVITY_LANES_MAX = 16, GRAVITY_ORDER_MIN = 3, GRAVITY_ORDER_MAX = 6, GRAVITY_ORDERS = 4,
+       GRAVITY_FORMS = 3 };
+
+/* The rows whose force is wanted. Columns are padded to a multiple of the lanes, 64-byte aligned. */
+struct gravity_targets {
+    int n, capacity;
+    float *x, *y, *z;
+    float *soft;                /* half the row's softening squared (of its support squared) */
+    int32_t *own;               /* which of the group's own sources is this row */
+    double *ax, *ay, *az, *depth;   /* sums; depth is minus the potential */
+};
+
+struct gravity_source { float x, y, z, mass; };
+struct gravity_sources {
+    int n, capacity;
+    struct gravity_source *row;
+    float *soft;
+};
+
+/* A cell as a walk sees it. Moments are in units of mass and powers of `scale`. */
+struct gravity_cell {
+    double pos[3];              /* centre of mass now */
+    float reach;                /* all rows lie within this of pos */
+    float scale;                /* a power of two near reach */
+    float mass;                 /* times G */
+    float power[5];             /* binomial(order, k) |M_k|, k = 2 to 6 */
+    int32_t child, n_children;  /* no children: a leaf */
+};
+
+/* Cells that act on one target: `list` of n. Lengths are taken in units of `scale` from `centre`. */
+struct gravity_far {
+    const struct gravity_cell *cell;
+    const float *moment;        /* `width` a cell: M_abc times G, from order 2 */
+    int width;
+    const int32_t *list;
+    int n;
+    double centre[3], scale;
+    float soft2;                /* softening squared, in those units */
+};
+
+typedef void gravity_pair_sum(struct gravity_targets *t, const struct gravity_sources *s);
+/* Indexed by enum softening_form. */
+struct gravity_pair_table {
+    gravity_pair_sum *acc[GRAVITY_FORMS];   /* acceleration */
+    gravity_pair_sum *pot[GRAVITY_FORMS];   /* and potential */
+    gravity_pair_sum *own[GRAVITY_FORMS];   /* the sources are the group's own: no row sees itself */
+};
+typedef void gravity_cell_sum(struct gravity_targets *t, const struct gravity_far *far);
+typedef void gravity_local_sum(float *local, const struct gravity_far *far);
+typedef void gravity_local_field(struct gravity_targets *t, const float *local);
+/* Indexed by order - GRAVITY_ORDER_MIN. local: L_abc, CELL_TERMS_MAX of them. */
+struct gravity_far_table {
+    gravity_cell_sum *monopoles[2], *quadrupoles[2];    /* [with potential] */
+    gravity_local_sum *to_local[GRAVITY_ORDERS];        /* cells to a local expansion, added */
+    gravity_local_field *at_targets[GRAVITY_ORDERS];    /* of L_abc / (a! b! c!), added */
+};
+extern const struct gravity_pair_table gravity_pair_table_v2, gravity_pair_table_v3, gravity_pair_table_v4;
+
+extern const struct gravity_far_table gravity_far_table_v2, gravity_far_table_v3, gravity_far_table_v4;
+
+struct gravity_kernels {
+    const char *isa;
+    int lanes;
+    const struct gravity_pair_table *pair;
+    const struct gravity_far_table *far;
+};
+/* The table named ("v2", "v3", "v4"), or the best that this processor runs if isa is NULL. NULL if
+ * there is no such table or the processor lacks the instructions. */
+const struct gravity_kernels *gravity_kernels_find(const char *isa);
+
+#endif
