@@ -234,8 +234,8 @@ static void write_real(FILE *stream, double value)
     fputs(text, stream);
 }
 
-/* A double-quoted YAML scalar; bytes above 127 are UTF-8 and stay. */
-static void write_quoted(FILE *stream, const char *text)
+/* Bytes above 127 are UTF-8 and stay. */
+void param_write_text(FILE *stream, const char *text)
 {
     fputc('"', stream);
     for (; *text; text++) {
@@ -272,7 +272,7 @@ static void write_value(FILE *stream, const struct param *param, const void *fie
     case PARAM_TEXT:
     case PARAM_PATH:
         text = *(char *const *)field;
-        if (text) write_quoted(stream, text);
+        if (text) param_write_text(stream, text);
         else fputs("none", stream);
         return;
     }
