@@ -54,12 +54,13 @@ struct sph_place sph_place_row(const struct sph_work *work, const struct sim *si
 static inline struct sph_state state_row(const struct sim *sim, const struct sph *sph, int32_t i)
 {
     const struct species *gas = &sim->species[GAS];
+    double t = timeline_lag(&sim->time, gas->rung[i], gas->rung0[i]);
     float u = 0, rho = gas->rho[i], p;
+    if (t > 0) rho *= expf(-gas->div_v[i] * (float)t);
     if (sph->eos == SPH_ISOTHERMAL) {
         p = (float)(sph->sound_speed * sph->sound_speed) / rho;
     } else {
         u = gas->u[i];
-        double t = timeline_lag(&sim->time, gas->rung[i], gas->rung0[i]);
         if (t > 0) u = integrate_energy(u, gas->du[i], (float)t);
         p = (float)(sph->gamma - 1) * u / rho;
     }
