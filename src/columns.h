@@ -23,6 +23,8 @@
     COLUMN(du,       float,       , KEEP, "V^3 L^-1", "",                "rate of change of u by hydrodynamics") \
     COLUMN(h,        float,       , KEEP, "L",        "SmoothingLength", "smoothing length; the kernel ends at 2h (files hold 2h)") \
     COLUMN(rho,      float,       , KEEP, "M L^-3",   "Density",         "density") \
+    COLUMN(balsara,  float,       , KEEP, "1",        "",                "factor of the artificial viscosity, 0 in pure shear") \
+    COLUMN(grav,     float,       , KEEP, "V^2 L^-1", "",                "size of the gravitational acceleration when last computed") \
     COLUMN(acc_old,  float,    [3], STEP, "V^2 L^-1", "",                "acceleration at the start of the step") \
     COLUMN(du_old,   float,       , STEP, "V^3 L^-1", "",                "du at the start of the step") \
     COLUMN(dt,       float,       , STEP, "L V^-1",   "",                "longest step that every module allows") \

@@ -13,8 +13,8 @@ enum hook {
     HOOK_H,         /* smoothing lengths */
     HOOK_DENSITY,   /* density, div v, curl v */
     HOOK_FORCE,     /* every module ADDS to acc and du of the active rows */
-    HOOK_SOURCE,    /* stiff terms by exact or implicit integration */
     HOOK_CORRECT,   /* active rows: the end of their step */
+    HOOK_SOURCE,    /* stiff terms over the same step, by exact or implicit integration */
     HOOK_EVENT,     /* rows change species or mass; indices hold to the end */
     HOOK_LIMIT,     /* every module lowers dt of the active rows where it must; sleepers are woken */
     HOOK_RECORD,    /* log line, energies, snapshot and picture if due */

@@ -93,11 +93,27 @@ static char *parse_path(const struct scene *scene, const char *text, char **valu
     return NULL;
 }
 
+/* "0 ... 1e30": as %g, without the signs and zeros that nobody writes in an exponent. */
+static char *range_text(const struct param *param)
+{
+    char *text = mem_format("parameters", "%g ... %g", param->low, param->high), *to = text;
+    for (const char *from = text; *from; from++) {
+        *to++ = *from;
+        if (*from != 'e') continue;
+        if (from[1] == '-') *to++ = '-';
+        from += 1 + (from[2] == '0');
+    }
+    *to = '\0';
+    return text;
+}
+
 static char *check_range(const struct param *param, double value, const struct units *units)
 {
     if ((param->low == 0.0 && param->high == 0.0) || (value >= param->low && value <= param->high)) return NULL;
     const char *scale = param->type == PARAM_REAL && *param->unit && units->physical ? " in code units" : "";
-    return mem_format("parameters", "must lie in %g ... %g%s", param->low, param->high, scale);
+    char *range = range_text(param), *why = mem_format("parameters", "must lie in %s%s", range, scale);
+    mem_free(range);
+    return why;
 }
 
 /* Fills the field from a text, or says why not and leaves it alone. */
@@ -283,6 +299,13 @@ void param_free(const struct param_target *tables)
         }
 }
 
+/* The range for people, to whom 1e30 means that there is no limit. */
+static char *range_words(const struct param *param)
+{
+    if (param->high < 1e30 || param->low < 0.0 || param->low > 1e-30) return range_text(param);
+    return text_of(param->low == 0.0 ? "0 or more" : "positive");
+}
+
 /* What a value must be: "length, 0 ... 1e30", "whole number", "leapfrog|pec". */
 static char *expectation(const struct param *param)
 {
@@ -296,8 +319,10 @@ static char *expectation(const struct param *param)
     for (char *c = words; param->type == PARAM_REAL && *c; c++)
         if (*c == '_') *c = ' ';
     if (param->low == 0.0 && param->high == 0.0) return words;
-    char *text = mem_format("parameters", "%s, %g ... %g", words, param->low, param->high);
+    char *range = range_words(param);
+    char *text = mem_format("parameters", "%s, %s", words, range);
     mem_free(words);
+    mem_free(range);
     return text;
 }
 
@@ -329,7 +354,7 @@ void param_describe(FILE *stream, const char *block, const struct param *table, 
         const char *fallback = param->fallback ? param->fallback : "(required)";
         if (roff) describe_roff(stream, block, param, expects);
         else
-            fprintf(stream, "  %-28s %-12s %s%s\n      %s\n", name, *fallback ? fallback : "\"\"", expects,
+            fprintf(stream, "  %-28s %-20s %s%s\n      %s\n", name, *fallback ? fallback : "\"\"", expects,
                     param->at_restart ? "; may change at a restart" : "", param->text);
         mem_free(expects);
         mem_free(name);

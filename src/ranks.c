@@ -142,7 +142,7 @@ static void share_h(struct sim *sim, void *state)
 static void share_density(struct sim *sim, void *state)
 {
     (void)state;
-    ranks_share(sim, (uint64_t)1 << COLUMN_rho | (uint64_t)1 << COLUMN_div_v | (uint64_t)1 << COLUMN_curl_v);
+    ranks_share(sim, (uint64_t)1 << COLUMN_rho | (uint64_t)1 << COLUMN_balsara);
 }
 
 const struct module ranks_module = {

@@ -23,9 +23,12 @@ struct source {
 
 static char *copy(const char *text) { return mem_text("scene", text); }
 
+/* A scene without a file is all made of the command line. */
+static const char *place_of_set(const struct scene *scene) { return scene->path ? "--set" : "command line"; }
+
 static char *place_of(const struct source *source, const yaml_node_t *node)
 {
-    if (!source->path) return copy("--set");
+    if (!source->path) return copy(place_of_set(source->scene));
     return mem_format("scene", "%s:%zu", source->path, node->start_mark.line + 1);
 }
 
@@ -83,7 +86,7 @@ const char *scene_place(const struct scene *scene, const char *block, const char
 {
     const struct scene_block *found = scene_find(scene, block);
     const struct scene_entry *entry = found && key ? find_entry(found, key) : NULL;
-    return entry ? entry->place : found ? found->place : scene->path ? scene->path : "--set";
+    return entry ? entry->place : found ? found->place : scene->path ? scene->path : "command line";
 }
 
 static struct scene_block *add_block(struct scene *scene, const char *name, const char *place)
@@ -310,7 +313,7 @@ static void set_key(struct scene *scene, const char *name, const char *key, cons
 {
     struct scene_block *block = scene_find(scene, name);
     if (block) {
-        set_entry(block, key, value, "--set");
+        set_entry(block, key, value, place_of_set(scene));
         return;
     }
     const char **names = mem_array("scene", const char *, scene->n + 1);
@@ -326,7 +329,7 @@ static void set_block(struct scene *scene, const char *name, const char *value, 
 {
     struct source source = { .scene = scene, .problems = problems };
     const yaml_node_t *root = parse(&source, value, strlen(value));
-    if (root) read_block(&source, name, root, "--set");
+    if (root) read_block(&source, name, root, place_of_set(scene));
     yaml_document_delete(&source.document);
 }
 

@@ -8,7 +8,7 @@
 #include <string.h>
 
 const char *const hook_names[N_HOOKS] = {
-    "PREDICT", "ARRANGE", "H", "DENSITY", "FORCE", "SOURCE", "CORRECT", "EVENT", "LIMIT", "RECORD",
+    "PREDICT", "ARRANGE", "H", "DENSITY", "FORCE", "CORRECT", "SOURCE", "EVENT", "LIMIT", "RECORD",
 };
 
 static const char default_integrator[] = "leapfrog";

@@ -49,27 +49,32 @@ void tree_free(struct tree *tree)
     tree->n_nodes = tree->capacity = 0;
 }
 
-/* A box bound in float that certainly holds x. */
+/* Plain comparisons become one instruction each; fmin and fmax are calls. */
+static inline double smaller(double a, double b) { return a < b ? a : b; }
+static inline double larger(double a, double b) { return a > b ? a : b; }
+
+/* A bound in float that certainly holds x. */
 static float below(double x) { return (float)x - 1.2e-7f * fabsf((float)x); }
 static float above(double x) { return (float)x + 1.2e-7f * fabsf((float)x); }
 
-/* Where a row is now and how far its velocity may be from `vel` until its step ends. */
+/* Where a row is now, how fast, and by how much its velocity may change until its step ends. */
 static double row_path(const struct sim *sim, const struct species *s, int64_t i, double pos[3], double vel[3])
 {
     const struct timeline *time = &sim->time;
     double lag = timeline_lag(time, s->rung[i], s->rung0[i]), change = 0;
-    sim_predict(time, s, i, pos);
     for (int k = 0; k < 3; k++) {
-        vel[k] = s->vel[i][k] + lag * (double)s->acc[i][k];
-        change = fmax(change, fabs((double)s->acc[i][k]));
+        double acc = s->acc[i][k];
+        pos[k] = integrate_position(s->pos[i][k], s->vel[i][k], acc, lag);
+        vel[k] = integrate_velocity(s->vel[i][k], acc, lag);
+        change = larger(change, fabs(acc));
     }
     return change * timeline_seconds(time, (int64_t)1 << s->rung[i]);
 }
 
 static void widen(struct node *node, int k, double low, double high)
 {
-    node->low[k] = fminf(node->low[k], below(low));
-    node->high[k] = fmaxf(node->high[k], above(high));
+    node->low[k] = (float)smaller(node->low[k], below(low));
+    node->high[k] = (float)larger(node->high[k], above(high));
 }
 
 static void widen_for_row(const struct sim *sim, struct node *node, const struct species *s, int64_t i)
@@ -78,17 +83,16 @@ static void widen_for_row(const struct sim *sim, struct node *node, const struct
     for (int k = 0; k < 3; k++) {
         double x = pos[k] - node->pos[k];
         widen(node, k, x, x);
-        node->speed = fmaxf(node->speed, above(fabs(vel[k] - (double)node->vel[k]) + change));
+        node->speed = (float)larger(node->speed, above(fabs(vel[k] - (double)node->vel[k]) + change));
     }
 }
 
 static void widen_for_child(struct node *node, const struct node *child)
 {
     for (int k = 0; k < 3; k++) {
-        double x = child->pos[k] - node->pos[k];
+        double x = child->pos[k] - node->pos[k], v = fabs((double)child->vel[k] - (double)node->vel[k]);
         widen(node, k, x + (double)child->low[k], x + (double)child->high[k]);
-        node->speed = fmaxf(node->speed, above(fabs((double)child->vel[k] - (double)node->vel[k])
-                                               + (double)child->speed));
+        node->speed = (float)larger(node->speed, above(v + (double)child->speed));
     }
 }
 
@@ -120,21 +124,31 @@ static void centre_set(struct node *node, const struct centre *c)
     node->speed = 0;
 }
 
-/* Rows of a cell, species by species. */
-#define for_rows(sim, node, s, i) \
-    for (const struct species *s = (sim)->species; s < (sim)->species + N_SPECIES; s++) \
-        for (int64_t i = (node)->first[s->kind], end_ = i + (node)->count[s->kind]; i < end_; i++)
-
+/* One pass: sums for the centre, and the extremes from which the box about it follows. */
 static void measure_leaf(const struct sim *sim, struct node *node)
 {
     struct centre c = {0};
-    for_rows(sim, node, s, i) {
-        double pos[3], vel[3];
-        row_path(sim, s, i, pos, vel);
-        centre_add(&c, s->mass[i], 1, pos, vel);
+    double low[6], high[6], change = 0;         /* of positions and velocities */
+    for (int k = 0; k < 6; k++) {
+        low[k] = INFINITY;
+        high[k] = -INFINITY;
     }
+    for (const struct species *s = sim->species; s < sim->species + N_SPECIES; s++)
+        for (int64_t i = node->first[s->kind], end = i + node->count[s->kind]; i < end; i++) {
+            double path[6];
+            change = larger(change, row_path(sim, s, i, path, path + 3));
+            centre_add(&c, s->mass[i], 1, path, path + 3);
+            for (int k = 0; k < 6; k++) {
+                low[k] = smaller(low[k], path[k]);
+                high[k] = larger(high[k], path[k]);
+            }
+        }
     centre_set(node, &c);
-    for_rows(sim, node, s, i) widen_for_row(sim, node, s, i);
+    for (int k = 0; k < 3; k++) {
+        double v = node->vel[k];
+        widen(node, k, low[k] - node->pos[k], high[k] - node->pos[k]);
+        node->speed = (float)larger(node->speed, above(larger(high[3 + k] - v, v - low[3 + k]) + change));
+    }
 }
 
 static void measure_inner(struct tree *tree, struct node *node)

@@ -30,8 +30,8 @@ static bool choose_cube(struct sim *sim)
                 return false;
             }
             for (int k = 0; k < 3; k++) {
-                low[k] = fmin(low[k], pos[k]);
-                high[k] = fmax(high[k], pos[k]);
+                low[k] = pos[k] < low[k] ? pos[k] : low[k];
+                high[k] = pos[k] > high[k] ? pos[k] : high[k];
             }
         }
     for (int k = 0; k < 3; k++) extent = fmax(extent, high[k] - low[k]);
@@ -42,12 +42,17 @@ static bool choose_cube(struct sim *sim)
     return true;
 }
 
-static struct key row_key(const struct builder *b, const struct species *s, int64_t i)
+static inline void row_grid(const struct builder *b, const struct species *s, int64_t i, uint64_t x[3])
 {
     double pos[3];
-    uint64_t x[3];
     sim_predict(&b->sim->time, s, i, pos);
     key_grid(pos, b->tree->corner, b->scale, x);
+}
+
+static struct key row_key(const struct builder *b, const struct species *s, int64_t i)
+{
+    uint64_t x[3];
+    row_grid(b, s, i, x);
     return (struct key){key_interleave(x, KEY_HALF), key_interleave(x, 0)};
 }
 
@@ -83,8 +88,10 @@ static void sort_species(struct builder *b, struct species *s)
     int32_t *order = mem_array("sort", int32_t, s->n);
 #pragma omp parallel for
     for (int64_t i = 0; i < s->n; i++) {
+        uint64_t x[3];
+        row_grid(b, s, i, x);
         order[i] = (int32_t)i;
-        high[i] = row_key(b, s, i).high;
+        high[i] = key_interleave(x, KEY_HALF);
     }
     sort_keys(high, order, s->n);
     settle_ties(b, s, order);

@@ -288,14 +288,14 @@ double units_cgs(const struct units *units, const char *dimension)
 struct block { char *length, *mass, *velocity; double G; };
 
 const struct param units_params[] = {
-    { "length", PARAM_TEXT, "", "none", 0, 0, NULL, "Unit of length, such as kpc; with mass and velocity.",
+    { "length", PARAM_TEXT, "", "none", 0, 0, NULL, "unit of length, such as kpc; with mass and velocity",
       false, offsetof(struct block, length) },
-    { "mass", PARAM_TEXT, "", "none", 0, 0, NULL, "Unit of mass, such as 1e10 Msun.",
+    { "mass", PARAM_TEXT, "", "none", 0, 0, NULL, "unit of mass, such as 1e10 Msun",
       false, offsetof(struct block, mass) },
-    { "velocity", PARAM_TEXT, "", "none", 0, 0, NULL, "Unit of velocity, such as km/s.",
+    { "velocity", PARAM_TEXT, "", "none", 0, 0, NULL, "unit of velocity, such as km/s",
       false, offsetof(struct block, velocity) },
     { "G", PARAM_REAL, "", "none", 0, 1e30, NULL,
-      "Constant of gravity in code units; alone it makes a scene without physical units.",
+      "constant of gravity in code units; alone it makes a scene dimensionless",
       false, offsetof(struct block, G) },
     { 0 }
 };

@@ -157,7 +157,7 @@ static void test_block_problems(void **state)
         { "units={length: -1 kpc, mass: g, velocity: cm/s}", 1, "units.length = -1 kpc: must be positive" },
         { "units={length: 0 kpc, mass: g, velocity: cm/s}", 1, "must be positive" },
         { "units={g: 1}", 1, "units.g: unknown key (did you mean \"G\"?)" },
-        { "units={G: -1}", 1, "units.G = -1: must lie in 0 ... 1e+30" },
+        { "units={G: -1}", 1, "units.G = -1: must lie in 0 ... 1e30" },
         { "gravity={}", 1, "has no block \"units\"" },
     };
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {

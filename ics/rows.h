@@ -1,0 +1,14 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * What the generators have in common: rows of one species with ids and equal masses, their centre. */
+#ifndef TEPHRA_ROWS_H
+#define TEPHRA_ROWS_H
+#include "sim.h"
+
+/* n rows of the species, the only ones of the simulation, with ids from 1 and equal masses that sum
+ * to `mass`; positions, velocities and all else are zero. */
+struct species *rows_make(struct sim *sim, enum species_kind kind, int64_t n, double mass);
+/* Moves equal rows so that their centre of mass and its velocity are zero. */
+void rows_centre(struct species *table);
+/* Gives every gas row this specific internal energy; nothing to do for other species. */
+void rows_set_u(struct species *table, double u);
+#endif

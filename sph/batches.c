@@ -1,0 +1,118 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Groups, batches and the largest smoothing length of each cell: see sph.h. */
+#include "mem.h"
+#include "sph.h"
+#include <omp.h>
+
+/* Bytes of the arena a gas row: about what the candidates of a step take at a group size of 128. */
+enum { ARENA_BYTES = 32 };
+
+static void make_groups(const struct sim *sim, struct sph *sph)
+{
+    mem_free(sph->group);
+    sph->n_groups = tree_groups(&sim->tree, GAS_BIT, (int)sph->group_size, "sph", &sph->group);
+    sph->grouped = sim->tree.built;
+}
+
+static void reserve(const struct sim *sim, struct sph *sph)
+{
+    const struct species *gas = &sim->species[GAS];
+    int threads = omp_get_max_threads();
+    if (threads > sph->n_work) {
+        sph->work = mem_resize("sph", sph->work, (size_t)threads * sizeof *sph->work);
+        while (sph->n_work < threads) sph->work[sph->n_work++] = mem_alloc("sph", sizeof(struct sph_work));
+    }
+    int64_t size = gas->n * ARENA_BYTES / (int64_t)sizeof *sph->arena;
+    if (size != sph->arena_size) {
+        mem_free(sph->arena);
+        sph->arena = mem_array("sph", int32_t, size);
+        sph->arena_size = size;
+    }
+    sph->arena_used = 0;
+    sph->batch = mem_resize("sph", sph->batch, (size_t)gas->n_active * sizeof *sph->batch);
+}
+
+/* The last group that begins at or before a gas row. */
+static int32_t find_group(const struct tree *tree, const struct sph *sph, int32_t row)
+{
+    int32_t low = 0, high = sph->n_groups;
+    while (high - low > 1) {
+        int32_t middle = low + (high - low) / 2;
+        if (tree->node[sph->group[middle]].first[GAS] <= row) low = middle;
+        else high = middle;
+    }
+    return low;
+}
+
+void sph_make_batches(struct sim *sim, struct sph *sph)
+{
+    const struct species *gas = &sim->species[GAS];
+    if (sph->group == NULL || sph->grouped != sim->tree.built || sim->tree.built == sim->time.tick)
+        make_groups(sim, sph);
+    reserve(sim, sph);
+    int32_t n = 0, count;
+    for (int32_t a = 0, group = -1; a < gas->n_active; a += count) {
+        const struct node *node = group < 0 ? NULL : &sim->tree.node[sph->group[group]];
+        if (!node || gas->active[a] >= node->first[GAS] + node->count[GAS]) {
+            group = find_group(&sim->tree, sph, gas->active[a]);
+            node = &sim->tree.node[sph->group[group]];
+        }
+        int32_t end = node->first[GAS] + node->count[GAS];
+        for (count = 1; count < SPH_BATCH && a + count < gas->n_active && gas->active[a + count] < end;) count++;
+        sph->batch[n++] = (struct sph_batch){.node = sph->group[group], .first = a, .count = count, .list = -1};
+    }
+    sph->n_batches = n;
+}
+
+void sph_free_batches(struct sph *sph)
+{
+    for (int t = 0; t < sph->n_work; t++) mem_free(sph->work[t]);
+    mem_free(sph->work);
+    mem_free(sph->group);
+    mem_free(sph->batch);
+    mem_free(sph->arena);
+    mem_free(sph->next_rung);
+}
+
+static void measure_node(struct tree *tree, const struct species *gas, int32_t n)
+{
+    const struct node *node = &tree->node[n];
+    float largest = 0;
+    for (int32_t k = 0; k < node->n_children; k++)
+        if (tree->h_max[node->child + k] > largest) largest = tree->h_max[node->child + k];
+    if (node->n_children == 0)
+        for (int32_t i = node->first[GAS]; i < node->first[GAS] + node->count[GAS]; i++)
+            if (gas->h[i] > largest) largest = gas->h[i];
+    tree->h_max[n] = largest;
+}
+
+/* Measures the nodes on the paths to the rows listed, in row order. */
+static void measure_paths(struct tree *tree, const struct species *gas, int32_t n, const int32_t *row, int64_t rows)
+{
+    const struct node *node = &tree->node[n];
+    int64_t from = 0;
+    for (int32_t k = 0; k < node->n_children; k++) {
+        const struct node *child = &tree->node[node->child + k];
+        int64_t to = from;
+        while (to < rows && row[to] < child->first[GAS] + child->count[GAS]) to++;
+        if (to > from) measure_paths(tree, gas, node->child + k, row + from, to - from);
+        from = to;
+    }
+    measure_node(tree, gas, n);
+}
+
+void sph_fit_h_max(struct sim *sim, const struct sph *sph)
+{
+    struct tree *tree = &sim->tree;
+    const struct species *gas = &sim->species[GAS];
+    if (tree->n_nodes == 0) return;
+    if (sph->grouped == sim->time.tick) {
+#pragma omp parallel for schedule(dynamic, 1024)
+        for (int32_t n = 0; n < tree->n_nodes; n++)
+            if (tree->node[n].n_children == 0) measure_node(tree, gas, n);
+        for (int32_t n = tree->n_nodes - 1; n >= 0; n--)
+            if (tree->node[n].n_children > 0) measure_node(tree, gas, n);
+    } else {
+        measure_paths(tree, gas, 0, gas->ending, gas->n_ending);
+    }
+}

@@ -1,0 +1,190 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Time steps. signal: dt = min(C h / v_sig, eta sqrt(2h/|a|)), v_sig the largest signal velocity
+ * towards a neighbour (Monaghan 1997); it does not change under a boost. classic: dt = 0.1
+ * min(sqrt(2h/|a|), h/|v|, h/c, u/|du/dt|) (Berczik 1999).
+ *
+ * Then the steps of neighbours are brought within a factor of 4 of each other (Saitoh & Makino 2009):
+ * the longer one is shortened, and a sleeping row whose step would be too long is woken. Wishes are
+ * minima, applied round by round until none is left, so their order does not matter. */
+#include "mem.h"
+#include "sph.h"
+#include <math.h>
+#include <omp.h>
+#include <string.h>
+
+/* Steps differ by at most 2^LEVELS. */
+enum { LEVELS = 2 };
+
+static const double classic_factor = 0.1;
+
+static double longest_classic(const struct species *gas, int64_t i, double c, double a, double v)
+{
+    double h = (double)gas->h[i], dt = fmin(sqrt(2 * h / a), h / fmax(v, c));
+    if (gas->du && gas->du[i] != 0) dt = fmin(dt, (double)(gas->u[i] / fabsf(gas->du[i])));
+    return classic_factor * dt;
+}
+
+static double norm(double x, double y, double z) { return sqrt(x * x + y * y + z * z); }
+
+static double longest_step(const struct sim *sim, const struct sph *sph, int64_t i)
+{
+    const struct species *gas = &sim->species[GAS];
+    double h = (double)gas->h[i], c = (double)sph_sound_speed(sph, gas->u ? gas->u[i] : 0);
+    double a = norm((double)gas->acc[i][0], (double)gas->acc[i][1], (double)gas->acc[i][2]);
+    if (sim->time.classic)
+        return longest_classic(gas, i, c, a, norm(gas->vel[i][0], gas->vel[i][1], gas->vel[i][2]));
+    return fmin(sph->courant * h / fmax(2 * c, (double)gas->signal[i]), sph->acceleration * sqrt(2 * h / a));
+}
+
+/* Lists of (row, rung): a row is asked to go no higher than that rung. */
+struct wish { int32_t row; uint8_t rung; };
+struct wishes { struct wish *list; int64_t n, capacity; };
+
+static void add_wish(struct wishes *w, int32_t row, int rung)
+{
+    if (w->n == w->capacity) {
+        w->capacity = 2 * w->capacity + 64;
+        w->list = mem_resize("sph", w->list, (size_t)w->capacity * sizeof *w->list);
+    }
+    w->list[w->n++] = (struct wish){row, (uint8_t)rung};
+}
+
+/* The rungs of some rows' steps, as they are about to be. */
+struct range { int low, high; };
+
+static bool uneven(const int32_t *row, int64_t n, const uint8_t *rung, struct range range)
+{
+    for (int64_t k = 0; k < n; k++)
+        if (rung[row[k]] > range.low + LEVELS || rung[row[k]] < range.high - LEVELS) return true;
+    return false;
+}
+
+static struct range range_of(struct sph_region rows, const uint8_t *rung)
+{
+    struct range range = {UINT8_MAX, 0};
+    for (int r = 0; r < rows.n; r++) {
+        int own = rung[rows.row[r]];
+        range.low = own < range.low ? own : range.low;
+        range.high = own > range.high ? own : range.high;
+    }
+    return range;
+}
+
+static void compare_row(const struct sph_work *work, const struct sim *sim, const uint8_t *rung, int32_t i,
+                        struct wishes *wishes)
+{
+    struct sph_place own = sph_place_row(work, sim, i);
+    for (int k = 0; k < work->tile.n; k++) {
+        struct sph_gap gap = sph_gap(own, work->tile.place[k]);
+        float reach = 2 * (own.half_h + work->tile.place[k].half_h);
+        int32_t j = work->row[k];
+        if (gap.r2 > reach * reach) continue;
+        if (rung[j] > rung[i] + LEVELS) add_wish(wishes, j, rung[i] + LEVELS);
+        if (rung[i] > rung[j] + LEVELS) add_wish(wishes, i, rung[j] + LEVELS);
+    }
+}
+
+static void compare_tile(const struct sph_work *work, const struct sim *sim, const uint8_t *rung,
+                         struct sph_region rows, struct wishes *wishes)
+{
+    if (!uneven(work->row, work->tile.n, rung, range_of(rows, rung))) return;
+    for (int r = 0; r < rows.n; r++) compare_row(work, sim, rung, rows.row[r], wishes);
+}
+
+/* Compares rows with all their neighbours. */
+static void compare_rows(struct sph_work *work, const struct sim *sim, const uint8_t *rung,
+                         struct sph_region rows, struct wishes *wishes)
+{
+    float reach = sph_largest_h(&sim->species[GAS], rows);
+    sph_centre(work, sim, rows);
+    for (int64_t skip = 0; skip == 0 || work->more; skip += SPH_TILE) {
+        sph_gather(work, sim, reach, true, skip);
+        compare_tile(work, sim, rung, rows, wishes);
+    }
+}
+
+static void compare_batch(const struct sph *sph, struct sph_work *work, const struct sim *sim,
+                          const struct sph_batch *batch, struct wishes *wishes)
+{
+    struct sph_region rows = sph_batch_rows(sim, batch);
+    if (batch->list < 0) {
+        compare_rows(work, sim, sph->next_rung, rows, wishes);
+        return;
+    }
+    const int32_t *list = sph->arena + batch->list;
+    if (!uneven(list, batch->n_list, sph->next_rung, range_of(rows, sph->next_rung))) return;
+    sph_centre(work, sim, rows);
+    sph_stage(work, sim, list, batch->n_list);
+    compare_tile(work, sim, sph->next_rung, rows, wishes);
+}
+
+/* Grants wishes in rung[] and appends the rows that changed. */
+static void grant(uint8_t *rung, const struct wishes *wishes, struct wishes *granted)
+{
+    for (int64_t w = 0; w < wishes->n; w++) {
+        struct wish wish = wishes->list[w];
+        if (wish.rung >= rung[wish.row]) continue;
+        rung[wish.row] = wish.rung;
+        add_wish(granted, wish.row, wish.rung);
+    }
+}
+
+static void compare_batches(struct sim *sim, struct sph *sph, struct wishes *wishes)
+{
+#pragma omp parallel
+    {
+        struct wishes mine = {0};
+#pragma omp for schedule(dynamic, 4) nowait
+        for (int32_t b = 0; b < sph->n_batches; b++)
+            compare_batch(sph, sph->work[omp_get_thread_num()], sim, &sph->batch[b], &mine);
+#pragma omp critical(sph_wishes)
+        for (int64_t w = 0; w < mine.n; w++) add_wish(wishes, mine.list[w].row, mine.list[w].rung);
+        mem_free(mine.list);
+    }
+}
+
+/* What is granted becomes the step of an active row, or wakes a sleeping one. A row may come twice:
+ * one that was just woken can look active, but its step is not used then. */
+static void apply(const struct sim *sim, const struct sph *sph, int32_t i)
+{
+    const struct species *gas = &sim->species[GAS];
+    float step = nextafterf((float)timeline_seconds(&sim->time, (int64_t)1 << sph->next_rung[i]), INFINITY);
+    if (timeline_active(&sim->time, gas->rung[i])) gas->dt[i] = fminf(gas->dt[i], step);
+    else gas->rung[i] = sph->next_rung[i];
+}
+
+static void even_out(struct sim *sim, struct sph *sph)
+{
+    struct wishes wishes = {0}, granted = {0};
+    compare_batches(sim, sph, &wishes);
+    grant(sph->next_rung, &wishes, &granted);
+    for (int64_t w = 0, end; w < granted.n; w = end) {
+        wishes.n = 0;
+        for (end = granted.n; w < end; w++)
+            compare_rows(sph->work[0], sim, sph->next_rung, (struct sph_region){&granted.list[w].row, 1}, &wishes);
+        grant(sph->next_rung, &wishes, &granted);
+    }
+    for (int64_t w = 0; w < granted.n; w++) apply(sim, sph, granted.list[w].row);
+    mem_free(wishes.list);
+    mem_free(granted.list);
+}
+
+void sph_limit(struct sim *sim, void *state)
+{
+    struct sph *sph = state;
+    const struct species *gas = &sim->species[GAS];
+#pragma omp parallel for
+    for (int64_t a = 0; a < gas->n_active; a++) {
+        int32_t i = gas->active[a];
+        gas->dt[i] = fminf(gas->dt[i], (float)longest_step(sim, sph, i));
+    }
+    if (sim->time.common || gas->n_active == 0) return;
+    sph->next_rung = mem_resize("sph", sph->next_rung, (size_t)gas->n);
+    memcpy(sph->next_rung, gas->rung, (size_t)gas->n);
+    for (int64_t a = 0; a < gas->n_active; a++) {
+        int32_t i = gas->active[a];
+        int rung = timeline_rung(&sim->time, (double)gas->dt[i]);
+        sph->next_rung[i] = (uint8_t)(rung > 0 ? rung : 0);
+    }
+    even_out(sim, sph);
+}

@@ -1,0 +1,167 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Smoothing lengths. exact: 2h is the distance of the n-th neighbour, the row itself not counted.
+ * smooth: h = eta (m/rho)^(1/3) with eta^3 = 3n/(32 pi), so that a uniform medium has n neighbours on
+ * average (Springel & Hernquist 2002), rho being the sum of m W(r, h).
+ *
+ * A row looks as far as its last h suggests. Where that does not hold enough rows it looks further,
+ * where it holds more than a tile it looks less far, between bounds that close: no row can make the
+ * search fail. In a set of too few rows 2h is the distance of the farthest, scaled to what n rows
+ * would need; a row whose neighbours all lie at its own place takes the nearest of the others; a row with
+ * none at all keeps its h (or takes h_min, or 1). */
+#include "sph.h"
+#include <math.h>
+#include <omp.h>
+
+/* One row's search: it looks within `reach`; low held too few rows, high more than a tile. */
+struct wish { int32_t row; float reach, low, high; };
+
+struct seeker {
+    struct sim *sim;
+    struct sph *sph;
+    struct sph_work *work;
+    struct sph_batch *batch;
+    float target, most;     /* rows to find, the row itself among them; no reach is larger */
+};
+
+/* A neighbour may have moved this part of 2h away since the last step before the search must be
+ * repeated; the cost of the search grows with it. */
+static const float first_reach = 1.1f;
+
+/* Where nothing is known: the radius that would hold the target if the smallest cell around that has
+ * as many rows were uniform. */
+static float guess_reach(const struct seeker *s)
+{
+    const struct tree *tree = &s->sim->tree;
+    int32_t n = s->batch->node;
+    while (tree->node[n].parent >= 0 && (float)tree->node[n].count[GAS] < s->target) n = tree->node[n].parent;
+    const struct node *node = &tree->node[n];
+    float extent = 0;
+    for (int k = 0; k < 3; k++) extent = fmaxf(extent, node->high[k] - node->low[k]);
+    return extent > 0 ? extent * cbrtf(0.75f / SPH_PI * s->target / (float)node->count[GAS]) : 1.0f;
+}
+
+static void set_h(const struct seeker *s, int32_t i, float r2)
+{
+    const struct sph *sph = s->sph;
+    double h = 0.5 * sqrt((double)r2);
+    if (s->target < (float)(sph->neighbours + 1))
+        h *= cbrt((double)sph->neighbours / ((double)s->target - 1));
+    s->sim->species[GAS].h[i] = (float)fmax(h, sph->h_min);
+}
+
+/* Looked everywhere and found nothing to measure by. */
+static void keep_h(const struct seeker *s, int32_t i)
+{
+    float *h = &s->sim->species[GAS].h[i];
+    if (!(*h > 0)) *h = s->sph->h_min > 0 ? (float)s->sph->h_min : 1.0f;
+}
+
+/* Next reach of a row that found too little; false if there is no point in looking on. */
+static bool look_further(const struct seeker *s, struct wish *w)
+{
+    w->low = w->reach;
+    if (w->high < INFINITY) w->reach = sqrtf(w->low * w->high);
+    else w->reach *= 1.3f;
+    if (w->low < s->most && w->reach > w->low && w->reach < w->high) return true;
+    if (w->high < INFINITY) set_h(s, w->row, w->high * w->high);
+    else keep_h(s, w->row);
+    return false;
+}
+
+/* Next reach of a row that has more rows in reach than a tile holds. */
+static bool look_closer(const struct seeker *s, struct wish *w)
+{
+    w->high = w->reach;
+    w->reach = w->low > 0 ? sqrtf(w->low * w->high) : 0.5f * w->reach;
+    if (w->reach > w->low && w->reach < w->high && w->reach > 0) return true;
+    set_h(s, w->row, w->high * w->high);
+    return false;
+}
+
+/* Searches for up to SPH_LANES rows; those that must look on are moved to kept[]. Returns how many. */
+static int search_cluster(const struct seeker *s, const struct wish *wish, int n, struct wish *kept)
+{
+    const struct sph *sph = s->sph;
+    int32_t row[SPH_LANES];
+    struct sph_search search = {.target = s->target};
+    struct sph_lanes lanes;
+    struct wish mine[SPH_LANES];
+    float reach = 0;
+    int count = 0;
+    for (int l = 0; l < SPH_LANES; l++) {
+        mine[l] = wish[l < n ? l : n - 1];
+        row[l] = mine[l].row;
+        search.limit[l] = mine[l].reach * mine[l].reach;
+        search.guess[l] = search.limit[l] / (first_reach * first_reach);
+        reach = fmaxf(reach, mine[l].reach);
+    }
+    struct sph_box box = sph_lanes_fill(&lanes, s->work, s->sim, (struct sph_region){row, n});
+    int entries = sph->loops->filter(&s->work->tile, box, reach);
+    if (sph->count == SPH_EXACT || s->target <= (float)sph->neighbours) {
+        sph->loops->search_exact(&lanes, &s->work->tile, entries, &search);
+    } else {
+        search.target = (float)sph->neighbours * 3.0f / 32.0f;
+        sph->loops->search_smooth(&lanes, &s->work->tile, entries, &search);
+    }
+    for (int l = 0; l < n; l++) {
+        if (search.found[l]) set_h(s, row[l], search.guess[l]);
+        else if (look_further(s, &mine[l])) kept[count++] = mine[l];
+    }
+    return count;
+}
+
+static void search_rows(const struct seeker *s, struct wish *wish, int n)
+{
+    int32_t row[SPH_BATCH];
+    for (int round = 0; n > 0; round++) {
+        float reach = 0;
+        for (int w = 0; w < n; w++) {
+            row[w] = wish[w].row;
+            reach = fmaxf(reach, wish[w].reach);
+        }
+        sph_centre(s->work, s->sim, (struct sph_region){row, n});
+        sph_gather(s->work, s->sim, reach, false, 0);
+        if (s->work->more && n > 1) {
+            search_rows(s, wish, n / 2);
+            search_rows(s, wish + n / 2, n - n / 2);
+            return;
+        }
+        if (s->work->more) {
+            if (!look_closer(s, wish)) return;
+            continue;
+        }
+        int kept = 0;
+        for (int w = 0; w < n; w += SPH_LANES)
+            kept += search_cluster(s, wish + w, n - w < SPH_LANES ? n - w : SPH_LANES, wish + kept);
+        n = kept;
+        if (n == 0) return;
+#pragma omp atomic
+        s->sph->retries += n;
+    }
+}
+
+static void search_batch(const struct seeker *s)
+{
+    const struct species *gas = &s->sim->species[GAS];
+    struct wish wish[SPH_BATCH];
+    for (int r = 0; r < s->batch->count; r++) {
+        int32_t i = gas->active[s->batch->first + r];
+        wish[r] = (struct wish){i, 2 * first_reach * gas->h[i], 0, INFINITY};
+        if (!(gas->h[i] > 0)) wish[r].reach = guess_reach(s);
+    }
+    search_rows(s, wish, s->batch->count);
+}
+
+void sph_smooth(struct sim *sim, void *state)
+{
+    struct sph *sph = state;
+    const struct species *gas = &sim->species[GAS];
+    sph_make_batches(sim, sph);
+    float target = (float)(sph->neighbours < gas->n - 1 ? sph->neighbours : gas->n - 1) + 1;
+    float most = 4 * (float)sim->tree.side;
+#pragma omp parallel for schedule(dynamic, 1)
+    for (int32_t b = 0; b < sph->n_batches; b++) {
+        struct seeker s = {sim, sph, sph->work[omp_get_thread_num()], &sph->batch[b], target, most};
+        search_batch(&s);
+    }
+}

@@ -1,0 +1,108 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * The module `sph`: parameters, columns, energy and warnings of smoothed particle hydrodynamics
+ * (Monaghan 1992, with the neighbours, viscosity and steps of Berczik 1999). */
+#include "log.h"
+#include "mem.h"
+#include "module.h"
+#include "sph.h"
+#include <math.h>
+
+static const struct param params[] = {
+    {"neighbours", PARAM_COUNT, "", "50", 4, 1000, NULL, "neighbours within 2h, the row itself not counted", false,
+     offsetof(struct sph, neighbours)},
+    {"count", PARAM_CHOICE, "", "exact", 0, 0, "exact|smooth",
+     "exact: 2h is the distance of the last neighbour; smooth: h from the density, neighbours on average", false,
+     offsetof(struct sph, count)},
+    {"h_min", PARAM_REAL, "length", "0", 0, 1e300, NULL, "smallest smoothing length", true,
+     offsetof(struct sph, h_min)},
+    {"alpha", PARAM_REAL, "", "1", 0, 100, NULL, "linear artificial viscosity", true, offsetof(struct sph, alpha)},
+    {"beta", PARAM_REAL, "", "2", 0, 100, NULL, "quadratic artificial viscosity", true, offsetof(struct sph, beta)},
+    {"epsilon", PARAM_REAL, "", "0.01", 1e-6, 1, NULL,
+     "softens the approach rate of a pair: r^2 + epsilon h^2", true, offsetof(struct sph, epsilon)},
+    {"balsara", PARAM_FLAG, "", "on", 0, 0, NULL, "lessen the viscosity where shear dominates", false,
+     offsetof(struct sph, balsara)},
+    {"balsara_epsilon", PARAM_REAL, "", "1e-4", 0, 1, NULL,
+     "keeps the Balsara factor from 0/0: epsilon c/h beside div v and curl v", true,
+     offsetof(struct sph, balsara_epsilon)},
+    {"eos", PARAM_CHOICE, "", "adiabatic", 0, 0, "adiabatic|isothermal",
+     "adiabatic: P = (gamma - 1) rho u; isothermal: P = c^2 rho without an energy equation", false,
+     offsetof(struct sph, eos)},
+    {"gamma", PARAM_REAL, "", "1.6666666666666667", 1.0001, 10, NULL, "adiabatic index", false,
+     offsetof(struct sph, gamma)},
+    {"sound_speed", PARAM_REAL, "velocity", "none", 1e-300, 1e300, NULL, "of isothermal gas", false,
+     offsetof(struct sph, sound_speed)},
+    {"courant", PARAM_REAL, "", "0.3", 0.001, 2, NULL, "C in the step C h / (signal velocity)", true,
+     offsetof(struct sph, courant)},
+    {"acceleration", PARAM_REAL, "", "0.25", 0.001, 2, NULL, "eta in the step eta sqrt(2h/|a|)", true,
+     offsetof(struct sph, acceleration)},
+    {"group_size", PARAM_COUNT, "", "128", 8, SPH_BATCH, NULL, "largest number of rows that share a neighbour search",
+     true, offsetof(struct sph, group_size)},
+    {"preset", PARAM_CHOICE, "", "classic", 0, 0, "classic",
+     "classic: cubic spline, Monaghan viscosity, energy equation", false, offsetof(struct sph, preset)},
+    {0}
+};
+
+static const struct sph_loops *choose_loops(void)
+{
+    __builtin_cpu_init();
+    bool v3 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi2");
+    bool v4 = v3 && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl")
+           && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512bw");
+    return v4 ? &sph_loops_v4 : v3 ? &sph_loops_v3 : &sph_loops_v2;
+}
+
+static void declare(struct sim *sim, void *state)
+{
+    struct sph *sph = state;
+    struct species *gas = &sim->species[GAS];
+    const enum column always[] = {COLUMN_h, COLUMN_rho, COLUMN_div_v, COLUMN_curl_v, COLUMN_signal};
+    for (size_t c = 0; c < sizeof always / sizeof *always; c++) species_need(gas, always[c]);
+    if (sph->balsara) species_need(gas, COLUMN_balsara);
+    if (sph->eos == SPH_ADIABATIC) {
+        species_need(gas, COLUMN_u);
+        species_need(gas, COLUMN_du);
+        if (!isnan(sph->sound_speed))
+            problems_add(&sim->problems, "sph.sound_speed has a meaning only with sph.eos: isothermal");
+    } else if (isnan(sph->sound_speed)) {
+        problems_add(&sim->problems, "sph.eos: isothermal needs sph.sound_speed");
+    }
+    tree_need(&sim->tree, NODE_h_max, 1);
+    sph->loops = choose_loops();
+}
+
+static void end(struct sim *sim, void *state)
+{
+    (void)sim;
+    sph_free_batches(state);
+}
+
+static void energy(struct sim *sim, void *state, struct energy_sink *sink)
+{
+    (void)state;
+    const struct species *gas = &sim->species[GAS];
+    if (!gas->u) return;
+    double thermal = 0;
+    for (int64_t i = gas->own; i < gas->own + gas->n_own; i++) thermal += gas->mass[i] * (double)gas->u[i];
+    sink->add(sink, "thermal", thermal);
+}
+
+/* The cubic spline pairs particles beyond this number (Dehnen & Aly 2012; tests/test_sph_pairing). */
+enum { CUBIC_NEIGHBOURS = 55 };
+
+static void warn(struct sim *sim, void *state)
+{
+    const struct sph *sph = state;
+    (void)sim;
+    if (sph->neighbours >= CUBIC_NEIGHBOURS)
+        log_warning("sph.neighbours = %lld: with the cubic spline particles pair from about %d neighbours on",
+                    (long long)sph->neighbours, CUBIC_NEIGHBOURS);
+    if (sph->alpha < 0.5) log_warning("sph.alpha = %g: shocks will ring and particles pass through each other", sph->alpha);
+    if (sph->courant > 0.5) log_warning("sph.courant = %g: sound crosses more than h/4 in a step", sph->courant);
+}
+
+const struct module sph_module = {
+    .name = "sph", .doc = "smoothed particle hydrodynamics of the gas", .kind = MODULE_BLOCK,
+    .params = params, .state_bytes = sizeof(struct sph),
+    .declare = declare, .end = end, .energy = energy, .warn = warn,
+    .hook = {[HOOK_H] = sph_smooth, [HOOK_DENSITY] = sph_density, [HOOK_FORCE] = sph_force, [HOOK_LIMIT] = sph_limit},
+};

@@ -1,0 +1,92 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * The parts of SPH among themselves: parameters and state of the module, batches of active rows and
+ * the rows that they meet.
+ *
+ * A batch is the active rows of one group (a cell of the tree with at most group_size gas rows). The
+ * rows within its reach are staged once into a tile of floats about its centre, predicted to now;
+ * clusters of SPH_LANES rows then run down the part of the tile that is near them.
+ *
+ * Sleeping rows keep h, rho and the Balsara factor of their last own step; position, velocity and u
+ * are predicted. h of an active row changes what its sleeping neighbours would find, but they see it
+ * only at their own next step. */
+#ifndef TEPHRA_SPH_H
+#define TEPHRA_SPH_H
+#include "lanes.h"
+#include "sim.h"
+
+enum { SPH_BATCH = 256 };
+enum sph_eos { SPH_ADIABATIC, SPH_ISOTHERMAL };
+enum sph_count { SPH_EXACT, SPH_SMOOTH };
+
+/* Rows [first, first + count) of the gas' active list; their candidates in the arena, or list = -1. */
+struct sph_batch { int32_t node, first, count; int32_t n_list; int64_t list; };
+
+/* What one thread works with. */
+struct sph_work {
+    struct sph_tile tile;
+    int32_t row[SPH_TILE];          /* of the tile's entries */
+    double centre[3], vel[3];       /* of the tile */
+    float half[3];                  /* of the batch's box */
+    bool more;                      /* rows beyond the tile's room are in reach too */
+};
+
+struct sph {
+    /* Parameters. */
+    int64_t neighbours, group_size;
+    int count, eos, preset;
+    bool balsara;
+    double alpha, beta, epsilon, balsara_epsilon, gamma, sound_speed, h_min, courant, acceleration;
+    /* State. */
+    const struct sph_loops *loops;
+    struct sph_work **work;
+    int n_work;
+    int32_t *group, n_groups;
+    int64_t grouped;                /* tick of the tree that the groups are of */
+    struct sph_batch *batch;
+    int32_t n_batches;
+    int32_t *arena;
+    int64_t arena_size, arena_used;
+    uint8_t *next_rung;             /* LIMIT: what every row's rung is about to be */
+    int64_t retries;                /* rows whose search for h had to look further, since the start */
+};
+
+/* batches.c: groups after a rebuild, batches of this step's active rows, scratch for every thread. */
+void sph_make_batches(struct sim *sim, struct sph *sph);
+void sph_free_batches(struct sph *sph);
+/* Largest smoothing length in each node: of all nodes after a rebuild, else above the rows whose
+ * step ends now. */
+void sph_fit_h_max(struct sim *sim, const struct sph *sph);
+
+/* tile.c. A region: the rows of a batch, or some of them. */
+struct sph_region { const int32_t *row; int n; };
+struct sph_region sph_batch_rows(const struct sim *sim, const struct sph_batch *batch);
+float sph_largest_h(const struct species *gas, struct sph_region rows);
+/* Centre, velocity and half box of the region become the work's. */
+void sph_centre(struct sph_work *work, const struct sim *sim, struct sph_region region);
+/* A row as it is now, about the work's centre. */
+struct sph_place sph_place_row(const struct sph_work *work, const struct sim *sim, int32_t i);
+/* Stages the gas rows within `reach` of the region's box; mutual: or that reach it themselves with
+ * their own h. The first `skip` of them are passed over. */
+void sph_gather(struct sph_work *work, const struct sim *sim, float reach, bool mutual, int64_t skip);
+/* Stages the rows listed. */
+void sph_stage(struct sph_work *work, const struct sim *sim, const int32_t *row, int n);
+/* Adds what the force needs to the staged rows. */
+void sph_stage_state(struct sph_work *work, const struct sim *sim, const struct sph *sph);
+/* Up to SPH_LANES rows into lanes; returns their box. */
+struct sph_box sph_lanes_fill(struct sph_lanes *lanes, const struct sph_work *work, const struct sim *sim,
+                              struct sph_region cluster);
+void sph_lanes_state(struct sph_lanes *lanes, const struct sim *sim, const struct sph *sph,
+                     struct sph_region cluster);
+
+/* The hooks. */
+void sph_smooth(struct sim *sim, void *state);      /* smooth.c: H */
+void sph_density(struct sim *sim, void *state);     /* loops.c: DENSITY */
+void sph_force(struct sim *sim, void *state);       /* loops.c: FORCE */
+void sph_limit(struct sim *sim, void *state);       /* limit.c: LIMIT */
+
+/* Sound speed of gas with specific internal energy u (ignored if isothermal). */
+static inline float sph_sound_speed(const struct sph *sph, float u)
+{
+    return sph->eos == SPH_ISOTHERMAL ? (float)sph->sound_speed : sqrtf((float)(sph->gamma * (sph->gamma - 1)) * u);
+}
+#endif

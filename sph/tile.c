@@ -1,0 +1,196 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Staging: the walk over the tree's boxes that finds the rows in reach of a batch, and the rows'
+ * state now in floats about the batch's centre. See sph.h. */
+#include "integrate.h"
+#include "sph.h"
+#include <float.h>
+#include <math.h>
+
+struct sph_region sph_batch_rows(const struct sim *sim, const struct sph_batch *batch)
+{
+    return (struct sph_region){sim->species[GAS].active + batch->first, batch->count};
+}
+
+float sph_largest_h(const struct species *gas, struct sph_region rows)
+{
+    float largest = 0;
+    for (int r = 0; r < rows.n; r++) largest = fmaxf(largest, gas->h[rows.row[r]]);
+    return largest;
+}
+
+void sph_centre(struct sph_work *work, const struct sim *sim, struct sph_region region)
+{
+    const struct species *gas = &sim->species[GAS];
+    double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY}, vel[3] = {0};
+    for (int r = 0; r < region.n; r++) {
+        double pos[3];
+        sim_predict(&sim->time, gas, region.row[r], pos);
+        for (int k = 0; k < 3; k++) {
+            low[k] = fmin(low[k], pos[k]);
+            high[k] = fmax(high[k], pos[k]);
+            vel[k] += gas->vel[region.row[r]][k];
+        }
+    }
+    for (int k = 0; k < 3; k++) {
+        work->centre[k] = 0.5 * (low[k] + high[k]);
+        work->half[k] = (float)(0.5 * (high[k] - low[k])) * (1 + FLT_EPSILON);
+        work->vel[k] = vel[k] / region.n;
+    }
+}
+
+struct sph_place sph_place_row(const struct sph_work *work, const struct sim *sim, int32_t i)
+{
+    const struct species *gas = &sim->species[GAS];
+    double t = timeline_lag(&sim->time, gas->rung[i], gas->rung0[i]);
+    float x[3], v[3];
+    for (int k = 0; k < 3; k++) {
+        double a = (double)gas->acc[i][k];
+        x[k] = (float)(integrate_position(gas->pos[i][k], gas->vel[i][k], a, t) - work->centre[k]);
+        v[k] = (float)(integrate_velocity(gas->vel[i][k], a, t) - work->vel[k]);
+    }
+    return (struct sph_place){x[0], x[1], x[2], 0.5f * gas->h[i], v[0], v[1], v[2], (float)gas->mass[i]};
+}
+
+static inline struct sph_state state_row(const struct sim *sim, const struct sph *sph, int32_t i)
+{
+    const struct species *gas = &sim->species[GAS];
+    float u = 0, rho = gas->rho[i], p;
+    if (sph->eos == SPH_ISOTHERMAL) {
+        p = (float)(sph->sound_speed * sph->sound_speed) / rho;
+    } else {
+        u = gas->u[i];
+        double t = timeline_lag(&sim->time, gas->rung[i], gas->rung0[i]);
+        if (t > 0) u = integrate_energy(u, gas->du[i], (float)t);
+        p = (float)(sph->gamma - 1) * u / rho;
+    }
+    return (struct sph_state){p, rho, 0.5f * sph_sound_speed(sph, u), sph->balsara ? gas->balsara[i] : 1.0f};
+}
+
+static inline void put(struct sph_work *work, int slot, int32_t row, struct sph_place place)
+{
+    struct sph_tile *tile = &work->tile;
+    tile->place[slot] = place;
+    tile->x[slot] = place.x;
+    tile->y[slot] = place.y;
+    tile->z[slot] = place.z;
+    work->row[slot] = row;
+}
+
+/* Squared distance of a box given by its ends, about the work's centre, from the batch's box. */
+static inline double gap2(const struct sph_work *work, const double low[3], const double high[3])
+{
+    double sum = 0;
+    for (int k = 0; k < 3; k++) {
+        double half = (double)work->half[k], gap = fmax(fmax(low[k] - half, -half - high[k]), 0);
+        sum += gap * gap;
+    }
+    return sum;
+}
+
+struct walk { float reach; bool mutual; int64_t skip; };
+
+/* What the float arithmetic of the tile may lose against the boxes in double. */
+static const double margin = 1 + 1e-5;
+
+static bool node_near(const struct sph_work *work, const struct tree *tree, int32_t n, const struct walk *walk)
+{
+    const struct node *node = &tree->node[n];
+    double low[3], high[3], reach = (double)walk->reach + (walk->mutual ? (double)tree->h_max[n] : 0);
+    if (node->count[GAS] == 0) return false;
+    for (int k = 0; k < 3; k++) {
+        double x = node->pos[k] - work->centre[k];
+        low[k] = x + (double)node->low[k];
+        high[k] = x + (double)node->high[k];
+    }
+    return gap2(work, low, high) <= margin * reach * reach;
+}
+
+static void take_leaf(struct sph_work *work, const struct sim *sim, const struct node *node, struct walk *walk)
+{
+    struct sph_tile *tile = &work->tile;
+    for (int32_t i = node->first[GAS]; i < node->first[GAS] + node->count[GAS]; i++) {
+        struct sph_place p = sph_place_row(work, sim, i);
+        double x[3] = {(double)p.x, (double)p.y, (double)p.z};
+        double own = walk->mutual ? 2 * (double)p.half_h : 0, reach = (double)walk->reach + own;
+        if (gap2(work, x, x) > margin * reach * reach || walk->skip-- > 0) continue;
+        if (tile->n == SPH_TILE) {
+            work->more = true;
+            return;
+        }
+        tile->reach[tile->n] = (float)own;
+        put(work, tile->n++, i, p);
+    }
+}
+
+/* Depth first in the order of the children, so that entries come in row order. */
+static void visit(struct sph_work *work, const struct sim *sim, int32_t n, struct walk *walk)
+{
+    const struct node *node = &sim->tree.node[n];
+    if (work->more || !node_near(work, &sim->tree, n, walk)) return;
+    if (node->n_children == 0) take_leaf(work, sim, node, walk);
+    for (int32_t k = 0; k < node->n_children; k++) visit(work, sim, node->child + k, walk);
+}
+
+void sph_gather(struct sph_work *work, const struct sim *sim, float reach, bool mutual, int64_t skip)
+{
+    struct walk walk = {reach, mutual, skip};
+    work->tile.n = 0;
+    work->more = false;
+    visit(work, sim, 0, &walk);
+}
+
+void sph_stage(struct sph_work *work, const struct sim *sim, const int32_t *row, int n)
+{
+    for (int k = 0; k < n; k++) {
+        struct sph_place p = sph_place_row(work, sim, row[k]);
+        work->tile.reach[k] = 2.0f * p.half_h;
+        put(work, k, row[k], p);
+    }
+    work->tile.n = n;
+    work->more = false;
+}
+
+void sph_stage_state(struct sph_work *work, const struct sim *sim, const struct sph *sph)
+{
+    for (int k = 0; k < work->tile.n; k++) work->tile.state[k] = state_row(sim, sph, work->row[k]);
+}
+
+struct sph_box sph_lanes_fill(struct sph_lanes *lanes, const struct sph_work *work, const struct sim *sim,
+                              struct sph_region cluster)
+{
+    float low[3] = {FLT_MAX, FLT_MAX, FLT_MAX}, high[3] = {-FLT_MAX, -FLT_MAX, -FLT_MAX};
+    for (int l = 0; l < SPH_LANES; l++) {
+        struct sph_place p = sph_place_row(work, sim, cluster.row[l < cluster.n ? l : cluster.n - 1]);
+        const float x[3] = {p.x, p.y, p.z};
+        for (int k = 0; k < 3; k++) {
+            low[k] = fminf(low[k], x[k]);
+            high[k] = fmaxf(high[k], x[k]);
+        }
+        lanes->x[l] = p.x;
+        lanes->y[l] = p.y;
+        lanes->z[l] = p.z;
+        lanes->half_h[l] = p.half_h;
+        lanes->vx[l] = p.vx;
+        lanes->vy[l] = p.vy;
+        lanes->vz[l] = p.vz;
+        lanes->mass[l] = p.mass;
+    }
+    struct sph_box box;
+    for (int k = 0; k < 3; k++) {
+        box.centre[k] = 0.5f * (low[k] + high[k]);
+        box.half[k] = 0.5f * (high[k] - low[k]) + 2 * FLT_EPSILON * fmaxf(fabsf(low[k]), fabsf(high[k]));
+    }
+    return box;
+}
+
+void sph_lanes_state(struct sph_lanes *lanes, const struct sim *sim, const struct sph *sph,
+                     struct sph_region cluster)
+{
+    for (int l = 0; l < SPH_LANES; l++) {
+        struct sph_state s = state_row(sim, sph, cluster.row[l < cluster.n ? l : cluster.n - 1]);
+        lanes->p[l] = s.p;
+        lanes->rho[l] = s.rho;
+        lanes->half_c[l] = s.half_c;
+        lanes->balsara[l] = s.balsara;
+    }
+}
