@@ -36,7 +36,7 @@ static char *parse_count(const char *text, int64_t *value)
         return NULL;
     }
     double real;
-    char *why = units_parse(&(struct units){ .length = 1, .mass = 1, .velocity = 1 }, text, "", &real);
+    char *why = units_parse(&(struct units){.length = 1, .mass = 1, .velocity = 1}, text, "", &real);
     if (why || real != floor(real)) {
         mem_free(why);
         return text_of("expects a whole number");
@@ -48,7 +48,7 @@ static char *parse_count(const char *text, int64_t *value)
 
 static char *parse_flag(const char *text, bool *value)
 {
-    static const char *const words[] = { "off", "on", "no", "yes", "false", "true" };
+    static const char *const words[] = {"off", "on", "no", "yes", "false", "true"};
     for (int i = 0; i < 6; i++)
         if (strcmp(text, words[i]) == 0) {
             *value = i % 2;
@@ -216,7 +216,7 @@ static void report_unknown(const struct scene *scene, const char *block, const s
 void param_read(const struct scene *scene, const char *block, const struct param_target *tables,
                 const struct units *units, struct problems *problems)
 {
-    const struct context context = { scene, units };
+    const struct context context = {scene, units};
     for (const struct param_target *target = tables; target->table; target++)
         for (const struct param *param = target->table; param->name; param++)
             read_param(&context, block, param, field_of(param, target->values), problems);
@@ -234,8 +234,8 @@ static void write_real(FILE *stream, double value)
     fputs(text, stream);
 }
 
-/* A double-quoted YAML scalar; bytes above 127 are UTF-8 and stay. */
-static void write_quoted(FILE *stream, const char *text)
+/* Bytes above 127 are UTF-8 and stay. */
+void param_write_text(FILE *stream, const char *text)
 {
     fputc('"', stream);
     for (; *text; text++) {
@@ -272,7 +272,7 @@ static void write_value(FILE *stream, const struct param *param, const void *fie
     case PARAM_TEXT:
     case PARAM_PATH:
         text = *(char *const *)field;
-        if (text) write_quoted(stream, text);
+        if (text) param_write_text(stream, text);
         else fputs("none", stream);
         return;
     }

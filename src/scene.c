@@ -40,12 +40,12 @@ static bool is_one_of(const char *text, const char *const words[])
 
 static bool means_off(const char *text)
 {
-    return is_one_of(text, (const char *const[]){ "off", "no", "false", NULL });
+    return is_one_of(text, (const char *const[]){"off", "no", "false", NULL});
 }
 
 static bool means_empty(const char *text)
 {
-    return is_one_of(text, (const char *const[]){ "", "~", "null", "on", "yes", "true", NULL });
+    return is_one_of(text, (const char *const[]){"", "~", "null", "on", "yes", "true", NULL});
 }
 
 /* The scalar's text, or NULL with a problem. */
@@ -93,7 +93,7 @@ static struct scene_block *add_block(struct scene *scene, const char *name, cons
 {
     scene->block = mem_resize("scene", scene->block, (size_t)(scene->n + 1) * sizeof *scene->block);
     struct scene_block *block = &scene->block[scene->n++];
-    *block = (struct scene_block){ copy(name), copy(place), NULL, 0 };
+    *block = (struct scene_block){copy(name), copy(place), NULL, 0};
     return block;
 }
 
@@ -103,7 +103,7 @@ static void set_entry(struct scene_block *block, const char *key, const char *va
     if (!entry) {
         block->entry = mem_resize("scene", block->entry, (size_t)(block->n + 1) * sizeof *block->entry);
         entry = &block->entry[block->n++];
-        *entry = (struct scene_entry){ copy(key), NULL, NULL };
+        *entry = (struct scene_entry){copy(key), NULL, NULL};
     }
     mem_free(entry->value);
     mem_free(entry->place);
@@ -283,7 +283,7 @@ struct scene *scene_read(const char *path, struct problems *problems)
     size_t bytes;
     char *text = read_file(path, &bytes, problems);
     if (!text) return scene;
-    struct source source = { .scene = scene, .path = path, .problems = problems };
+    struct source source = {.scene = scene, .path = path, .problems = problems};
     const yaml_node_t *root = parse(&source, text, bytes);
     if (root && root->type != YAML_MAPPING_NODE)
         problems_add(problems, "%s:%zu: expects blocks such as gravity: {softening: 0.01}", path,
@@ -327,7 +327,7 @@ static void set_key(struct scene *scene, const char *name, const char *key, cons
 /* --set block=value, the value being YAML: {}, {key: value}, off. */
 static void set_block(struct scene *scene, const char *name, const char *value, struct problems *problems)
 {
-    struct source source = { .scene = scene, .problems = problems };
+    struct source source = {.scene = scene, .problems = problems};
     const yaml_node_t *root = parse(&source, value, strlen(value));
     if (root) read_block(&source, name, root, place_of_set(scene));
     yaml_document_delete(&source.document);
