@@ -54,7 +54,8 @@ static void choose_frame(struct picture *picture, const struct species *table, c
     struct sample *sample = mem_array("pictures", struct sample, table->n / stride + 1);
     for (int k = 0; k < 3; k++) {
         int64_t n = 0;
-        for (int64_t i = 0; i < table->n; i += stride) sample[n++] = (struct sample){table->pos[i][k], table->mass[i]};
+        for (int64_t i = 0; i < table->n; i += stride)
+            sample[n++] = (struct sample){table->pos[i][k], table->mass[i]};
         picture->centre[k] = quantile(sample, n, 0.5);
     }
     for (int p = 0; p < 2; p++) {
@@ -93,7 +94,8 @@ static double (*project(const struct picture *picture, const struct panel *panel
 static float *pixel_row(void) { return mem_array("pictures", float, PIXELS); }
 
 /* Fills `panel->shown` with the mass per area, and `average`, if given, with the mean of u. */
-static void fill_map(const struct picture *picture, struct panel *panel, double mass_unit, double u_unit, float *average)
+static void fill_map(const struct picture *picture, struct panel *panel, double mass_unit, double u_unit,
+                     float *average)
 {
     const struct species *table = panel->table;
     const double scale = SURFACE_SIZE / (2 * picture->half);
@@ -136,7 +138,8 @@ static void choose_panels(const struct sim *sim, struct panel panel[2])
     if (gas->n > 0 && is_gas(gas)) {
         panel[0].table = panel[1].table = gas;
         snprintf(panel[0].title, sizeof panel[0].title, "column density%s", unit);
-        snprintf(panel[1].title, sizeof panel[1].title, sim->units.physical ? "temperature [K]" : "specific internal energy");
+        snprintf(panel[1].title, sizeof panel[1].title, "%s",
+                 sim->units.physical ? "temperature [K]" : "specific internal energy");
         return;
     }
     for (int s = 0; s < N_SPECIES && count < 2; s++)
@@ -220,7 +223,8 @@ static void draw_map(struct canvas *canvas, int p, const struct picture *picture
         }
 }
 
-static void draw_bar(struct canvas *canvas, int p, const struct picture *picture, const char *title, enum canvas_map map)
+static void draw_bar(struct canvas *canvas, int p, const struct picture *picture, const char *title,
+                     enum canvas_map map)
 {
     const double low = picture->range[p].low, high = picture->range[p].high;
     const int top = TOP + SURFACE_SIZE + 18, left = panel_left[p];
