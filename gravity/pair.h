@@ -21,9 +21,6 @@ struct pair { real pull, depth; };
 
 #define PAIR_PULL  (REAL_GUESS ? 1.5f : 1.f)
 #define PAIR_DEPTH (REAL_GUESS ? 0.5f : 1.f)
-/* Squared distances below this count as this, in units of the target group's size squared: its
- * power -3/2 times a mass is still a float. */
-#define PAIR_FLOOR 1e-16f
 
 /* r2 includes the softening. Where y = 1/sqrt(r2) is a guess, one Newton step is folded into its
  * powers: y^3 (5 - 3 r2 y^2)/2 and y (3 - r2 y^2)/2. */
@@ -44,7 +41,7 @@ HD struct pair pair_newton(real r2, real mass)
 HD struct pair pair_plummer(real r2, real mass, real soft2)
 {
     real u2 = r2 + soft2, zero = real_splat(0);
-    return pair_newton(real_max(u2, real_splat(PAIR_FLOOR)), real_if_less(zero, u2, mass, zero));
+    return pair_newton(real_max(u2, real_splat(REAL_FLOOR)), real_if_less(zero, u2, mass, zero));
 }
 
 /* Spline of support^2 = support2. With u = r/h the mass fraction over u^3 and the potential follow
@@ -52,7 +49,7 @@ HD struct pair pair_plummer(real r2, real mass, real soft2)
  * are written in s = 1 - u, as one over u less what lies outside, so that nothing cancels. */
 HD struct pair pair_spline(real r2, real mass, real support2)
 {
-    real zero = real_splat(0), half = real_splat(0.5f), one = real_splat(1), floor = real_splat(PAIR_FLOOR);
+    real zero = real_splat(0), half = real_splat(0.5f), one = real_splat(1), floor = real_splat(REAL_FLOOR);
     struct pair p = pair_newton(real_max(r2, floor), real_if_less(zero, r2, mass, zero));
     real d2 = real_max(r2, floor), h2 = real_max(support2, floor);
     real d1 = real_rsqrt_guess(d2), h1 = real_rsqrt_guess(h2);

@@ -6,6 +6,8 @@
 #include "hd.h"
 #include "launch.cuh"
 
+/* Smallest squared length whose power -3/2 times a mass (1 at most there) is still a number. */
+#define REAL_FLOOR 1e-24f
 typedef float real;
 enum { REAL_GUESS = 0 };
 
