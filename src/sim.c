@@ -207,7 +207,11 @@ void sim_fail(struct sim *sim, const struct species *table, int64_t row, const c
 void sim_write_used(const struct sim *sim, FILE *stream)
 {
     struct param_target targets[3];
-    if (sim->scene->title) fprintf(stream, "title: %s\n", sim->scene->title);
+    if (sim->scene->title) {
+        fputs("title: ", stream);
+        param_write_text(stream, sim->scene->title);
+        fputc('\n', stream);
+    }
     units_write(stream, &sim->units);
     fprintf(stream, "start:\n");
     start_targets(sim->start, targets);
