@@ -118,6 +118,84 @@ HD void cell_to_local(real *local, real mass, const real *moment, const real *d,
 #undef CELL_5
 }
 
+/* Powers e^j / j! of a shift. */
+struct cell_powers { real of[7]; };
+HD struct cell_powers cell_power(real e)
+{
+    struct cell_powers p;
+    p.of[0] = real_splat(1);
+    for (int j = 1; j <= 6; j++) p.of[j] = p.of[j - 1] * e * real_splat(1.0 / j);
+    return p;
+}
+
+/* Adds one row's moments of orders 2 to order - 1; x, y, z: powers of minus its position. */
+HD void cell_add_row(real *moment, real mass, const struct cell_powers *x, const struct cell_powers *y,
+                     const struct cell_powers *z, int order)
+{
+#define CELL_ROW(a, b, c) moment[CELL_MOMENT(a, b, c)] += mass * x->of[a] * y->of[b] * z->of[c];
+    CELL_ORDER_2(CELL_ROW)
+    if (order > 3) { CELL_ORDER_3(CELL_ROW) }
+    if (order > 4) { CELL_ORDER_4(CELL_ROW) }
+    if (order > 5) { CELL_ORDER_5(CELL_ROW) }
+#undef CELL_ROW
+}
+
+/* One term of a tensor moved along one axis: of n, the exponents below (step -1) or above (step 1)
+ * that reach it. i, j, k: the axis. All literals. */
+HD real cell_slide(const real *t, const struct cell_powers *p, int n, int a, int b, int c, int i, int j, int k)
+{
+    real sum = t[CELL_INDEX(a, b, c)];
+    if (n >= 1) sum += p->of[1] * t[CELL_INDEX(a + i, b + j, c + k)];
+    if (n >= 2) sum += p->of[2] * t[CELL_INDEX(a + 2 * i, b + 2 * j, c + 2 * k)];
+    if (n >= 3) sum += p->of[3] * t[CELL_INDEX(a + 3 * i, b + 3 * j, c + 3 * k)];
+    if (n >= 4) sum += p->of[4] * t[CELL_INDEX(a + 4 * i, b + 4 * j, c + 4 * k)];
+    if (n >= 5) sum += p->of[5] * t[CELL_INDEX(a + 5 * i, b + 5 * j, c + 5 * k)];
+    if (n >= 6) sum += p->of[6] * t[CELL_INDEX(a + 6 * i, b + 6 * j, c + 6 * k)];
+    return sum;
+}
+
+#define CELL_UP(X) CELL_ORDER_0(X) CELL_ORDER_1(X) CELL_ORDER_2(X) CELL_ORDER_3(X) CELL_ORDER_4(X) CELL_ORDER_5(X)
+#define CELL_DOWN(X) CELL_ORDER_5(X) CELL_ORDER_4(X) CELL_ORDER_3(X) CELL_ORDER_2(X) CELL_ORDER_1(X)
+
+/* Moments M_abc of orders 0 to order - 1 (all of them, from order 0), about a centre that lies at -e
+ * from the old one in place: axis by axis, the highest order first. */
+HD void cell_shift_moments(real *t, struct cell_vector e, int order)
+{
+#define CELL_X(a, b, c) if (a + b + c < order) t[CELL_INDEX(a, b, c)] = cell_slide(t, &p, a, a, b, c, -1, 0, 0);
+#define CELL_Y(a, b, c) if (a + b + c < order) t[CELL_INDEX(a, b, c)] = cell_slide(t, &p, b, a, b, c, 0, -1, 0);
+#define CELL_Z(a, b, c) if (a + b + c < order) t[CELL_INDEX(a, b, c)] = cell_slide(t, &p, c, a, b, c, 0, 0, -1);
+    struct cell_powers p = cell_power(e.x);
+    CELL_DOWN(CELL_X)
+    p = cell_power(e.y);
+    CELL_DOWN(CELL_Y)
+    p = cell_power(e.z);
+    CELL_DOWN(CELL_Z)
+#undef CELL_X
+#undef CELL_Y
+#undef CELL_Z
+}
+
+/* A local expansion L_abc of orders 0 to `order` about a centre at e from the old one, in place: the
+ * lowest order first. */
+HD void cell_shift_local(real *t, struct cell_vector e, int order)
+{
+#define CELL_X(a, b, c) if (a + b + c < order) \
+    t[CELL_INDEX(a, b, c)] = cell_slide(t, &p, order - (a + b + c), a, b, c, 1, 0, 0);
+#define CELL_Y(a, b, c) if (a + b + c < order) \
+    t[CELL_INDEX(a, b, c)] = cell_slide(t, &p, order - (a + b + c), a, b, c, 0, 1, 0);
+#define CELL_Z(a, b, c) if (a + b + c < order) \
+    t[CELL_INDEX(a, b, c)] = cell_slide(t, &p, order - (a + b + c), a, b, c, 0, 0, 1);
+    struct cell_powers p = cell_power(e.x);
+    CELL_UP(CELL_X)
+    p = cell_power(e.y);
+    CELL_UP(CELL_Y)
+    p = cell_power(e.z);
+    CELL_UP(CELL_Z)
+#undef CELL_X
+#undef CELL_Y
+#undef CELL_Z
+}
+
 struct cell_field { real x, y, z, depth; };
 
 /* A local expansion at `r` from its centre; local[] holds L_abc / (a! b! c!). Horner's rule along x,

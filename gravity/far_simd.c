@@ -117,6 +117,34 @@ HD void far_at_targets(struct gravity_targets *t, const float *local, int order)
     }
 }
 
+/* Rows in lanes. */
+HD void far_of_rows(float *moment, const struct gravity_sources *rows, int order)
+{
+    const int terms = CELL_TERMS(order) - CELL_TERMS(2);
+    real sum[MOMENTS_MAX + LANES];
+    for (int i = 0; i < terms + LANES; i++) sum[i] = real_splat(0);
+    for (int from = 0; from < rows->n; from += CELLS_CHUNK) {
+        int n = rows->n - from < CELLS_CHUNK ? rows->n - from : CELLS_CHUNK;
+        struct tile tile;
+        for (int i = 0; i < n; i++) {
+            const struct gravity_source row = rows->row[from + i];
+            tile.x[i] = -row.x;
+            tile.y[i] = -row.y;
+            tile.z[i] = -row.z;
+            tile.mass[i] = row.mass;
+        }
+        for (int i = n; i % LANES != 0; i++) tile.x[i] = tile.y[i] = tile.z[i] = tile.mass[i] = 0;
+        for (int i = 0; i < n; i += LANES) {
+            struct cell_powers x = cell_power(simd_load(tile.x + i)), y = cell_power(simd_load(tile.y + i)),
+                               z = cell_power(simd_load(tile.z + i));
+            cell_add_row(sum, simd_load(tile.mass + i), &x, &y, &z, order);
+        }
+    }
+    float out[MOMENTS_MAX + LANES];
+    for (int i = 0; i < terms; i += LANES) simd_store(out + i, simd_sums(sum + i));
+    for (int i = 0; i < terms; i++) moment[i] = out[i];
+}
+
 #define CELLS(name, quadrupole, potential) \
     static void name(struct gravity_targets *t, const struct gravity_far *far) { far_cells(t, far, quadrupole, potential); }
 CELLS(monopoles, 0, false)
@@ -125,6 +153,7 @@ CELLS(quadrupoles, 1, false)
 CELLS(quadrupoles_pot, 1, true)
 
 #define ORDER(n) \
+    static void of_rows_##n(float *moment, const struct gravity_sources *rows) { far_of_rows(moment, rows, n); } \
     static void to_local_##n(float *local, const struct gravity_far *far) { far_to_local(local, far, n); } \
     static void at_targets_##n(struct gravity_targets *t, const float *local) { far_at_targets(t, local, n); }
 ORDER(3)
@@ -135,6 +164,7 @@ ORDER(6)
 const struct gravity_far_table SIMD_NAME(gravity_far_table) = {
     .monopoles = { monopoles, monopoles_pot },
     .quadrupoles = { quadrupoles, quadrupoles_pot },
+    .of_rows = { of_rows_3, of_rows_4, of_rows_5, of_rows_6 },
     .to_local = { to_local_3, to_local_4, to_local_5, to_local_6 },
     .at_targets = { at_targets_3, at_targets_4, at_targets_5, at_targets_6 },
 };

@@ -55,10 +55,12 @@ struct gravity_pair_table {
 };
 typedef void gravity_cell_sum(struct gravity_targets *t, const struct gravity_far *far);
 typedef void gravity_local_sum(float *local, const struct gravity_far *far);
+typedef void gravity_moment_sum(float *moment, const struct gravity_sources *rows);
 typedef void gravity_local_field(struct gravity_targets *t, const float *local);
 /* Indexed by order - GRAVITY_ORDER_MIN. local: L_abc, CELL_TERMS_MAX of them. */
 struct gravity_far_table {
     gravity_cell_sum *monopoles[2], *quadrupoles[2];    /* [with potential] */
+    gravity_moment_sum *of_rows[GRAVITY_ORDERS];        /* M_abc of orders 2 to order - 1, set */
     gravity_local_sum *to_local[GRAVITY_ORDERS];        /* cells to a local expansion, added */
     gravity_local_field *at_targets[GRAVITY_ORDERS];    /* of L_abc / (a! b! c!), added */
 };
@@ -66,11 +68,23 @@ extern const struct gravity_pair_table gravity_pair_table_v2, gravity_pair_table
 
 extern const struct gravity_far_table gravity_far_table_v2, gravity_far_table_v3, gravity_far_table_v4;
 
+/* Rows in double, in code units from any origin. */
+enum { GRAVITY_EXACT = 256 };
+struct gravity_exact {
+    int n;
+    double x[GRAVITY_EXACT], y[GRAVITY_EXACT], z[GRAVITY_EXACT], mass[GRAVITY_EXACT], soft[GRAVITY_EXACT];
+};
+/* Adds to sum (ax, ay, az, depth) of the target (x, y, z, soft). */
+typedef void gravity_exact_sum(double sum[4], const double target[4], const struct gravity_exact *s);
+struct gravity_exact_table { gravity_exact_sum *sum[GRAVITY_FORMS]; };
+extern const struct gravity_exact_table gravity_exact_table_v2, gravity_exact_table_v3, gravity_exact_table_v4;
+
 struct gravity_kernels {
     const char *isa;
     int lanes;
     const struct gravity_pair_table *pair;
     const struct gravity_far_table *far;
+    const struct gravity_exact_table *exact;
 };
 /* The table named ("v2", "v3", "v4"), or the best that this processor runs if isa is NULL. NULL if
  * there is no such table or the processor lacks the instructions. */

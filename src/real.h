@@ -7,6 +7,8 @@
 #include "hd.h"
 #include <math.h>
 
+/* Smallest squared length whose power -3/2 times a mass is still a number. */
+#define REAL_FLOOR 1e-150
 typedef double real;
 
 HD real real_splat(double x) { return x; }

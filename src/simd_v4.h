@@ -9,6 +9,8 @@
 
 enum { LANES = 16 };
 #define SIMD_NAME(name) name##_v4
+/* Smallest squared length whose power -3/2 times a mass is still a number. */
+#define REAL_FLOOR 1e-16f
 typedef float real __attribute__((vector_size(64)));
 typedef float simd_memory __attribute__((vector_size(64), may_alias, aligned(4)));
 typedef int32_t simd_int __attribute__((vector_size(64)));

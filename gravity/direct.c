@@ -1,0 +1,123 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Direct sums: in float relative to each group's centre with promoted sums (solver direct), and in
+ * double, for references and for `precision: double`. */
+#include "walk.h"
+#include <math.h>
+
+/* Everything before, between and after the group's own rows, in the order of memory. */
+static void add_others(struct walk *w, const struct stage *stage, const struct node *node)
+{
+    for (int k = 0; k < N_SPECIES; k++) {
+        const struct species *s = &w->sim->species[k];
+        walk_add_range(w, stage, s, 0, node->first[k]);
+        walk_add_range(w, stage, s, node->first[k] + node->count[k], s->n);
+    }
+}
+
+static void direct_group(struct walk *w, int32_t n)
+{
+    const struct node *node = &w->sim->tree.node[n];
+    double centre[3], radius = 0;
+    for (int k = 0; k < 3; k++) {
+        centre[k] = node->pos[k] + 0.5 * ((double)node->high[k] + (double)node->low[k]);
+        radius = fmax(radius, 0.5 * ((double)node->high[k] - (double)node->low[k]));
+    }
+    int exponent;
+    frexp(radius, &exponent);
+    struct stage stage = stage_at(w->sim, w->g, centre, radius > 0 ? ldexp(1, exponent) : 1);
+    walk_begin_group(w, &stage, node);
+    add_others(w, &stage, node);
+    walk_end_group(w, &stage);
+}
+
+static void direct_float(struct sim *sim, struct gravity *g, enum gravity_output output)
+{
+    int32_t *group, n = tree_groups(&sim->tree, ALL_SPECIES, g->opening.group_size, "gravity", &group);
+    int64_t pairs = 0;
+#pragma omp parallel reduction(+ : pairs)
+    {
+        struct walk w;
+        walk_open(&w, sim, g, output);
+#pragma omp for schedule(dynamic, 1)
+        for (int32_t i = 0; i < n; i++)
+            if (sim->tree.active_count[group[i]] > 0) direct_group(&w, group[i]);
+        pairs += w.pairs;
+        walk_close(&w);
+    }
+    g->pairs = pairs;
+    g->cells = 0;
+    mem_free(group);
+}
+
+/* Rows of a species from `from` on, as many as a tile holds. */
+static void stage_exact(const struct sim *sim, const struct gravity *g, const struct species *s, int64_t from,
+                        struct gravity_exact *tile)
+{
+    tile->n = 0;
+    for (int64_t i = from; i < s->n && tile->n < GRAVITY_EXACT; i++) {
+        double pos[3];
+        sim_predict(&sim->time, s, i, pos);
+        tile->x[tile->n] = pos[0];
+        tile->y[tile->n] = pos[1];
+        tile->z[tile->n] = pos[2];
+        tile->mass[tile->n] = g->G * s->mass[i];
+        tile->soft[tile->n++] = g->half_soft2[s->kind];
+    }
+}
+
+enum { BLOCK = 64 };
+
+static void exact_block(const struct sim *sim, const struct gravity *g, const struct species *s, const int32_t *list,
+                        int n, double (*sum)[4])
+{
+    double target[BLOCK][4];
+    struct gravity_exact tile;
+    for (int i = 0; i < n; i++) {
+        sim_predict(&sim->time, s, list[i], target[i]);
+        target[i][3] = g->half_soft2[s->kind];
+        for (int k = 0; k < 4; k++) sum[i][k] = 0;
+    }
+    for (const struct species *from = sim->species; from < sim->species + N_SPECIES; from++)
+        for (int64_t first = 0; first < from->n; first += GRAVITY_EXACT) {
+            stage_exact(sim, g, from, first, &tile);
+            for (int i = 0; i < n; i++) {
+                int64_t own = from == s ? list[i] - first : -1;
+                bool here = own >= 0 && own < tile.n;
+                double mass = here ? tile.mass[own] : 0;
+                if (here) tile.mass[own] = 0;
+                g->kernels->exact->sum[g->form](sum[i], target[i], &tile);
+                if (here) tile.mass[own] = mass;
+            }
+        }
+    for (int i = 0; i < n; i++) sum[i][3] = -sum[i][3];
+}
+
+void gravity_direct_rows(const struct sim *sim, const struct gravity *g, const struct species *s,
+                         const int32_t *list, int64_t n, double (*acc)[4])
+{
+#pragma omp parallel for schedule(dynamic, 1)
+    for (int64_t i = 0; i < n; i += BLOCK)
+        exact_block(sim, g, s, list + i, (int)(n - i < BLOCK ? n - i : BLOCK), acc + i);
+}
+
+static void direct_double(struct sim *sim, struct gravity *g, enum gravity_output output)
+{
+    g->pairs = g->cells = 0;
+    for_species(sim, s) {
+        double (*sum)[4] = mem_alloc("gravity", (size_t)s->n_active * sizeof *sum);
+        gravity_direct_rows(sim, g, s, s->active, s->n_active, sum);
+        for (int64_t a = 0; a < s->n_active; a++) {
+            int64_t i = s->active[a];
+            for (int k = 0; k < 3 && output == OUTPUT_FORCE; k++) s->acc[i][k] += (float)sum[a][k];
+            if (sim->want_potential || output == OUTPUT_POTENTIAL) s->pot[i] = (float)sum[a][3];
+        }
+        for_species(sim, other) g->pairs += s->n_active * other->n;
+        mem_free(sum);
+    }
+}
+
+void gravity_direct(struct sim *sim, struct gravity *g, enum gravity_output output)
+{
+    if (g->precision == PRECISION_DOUBLE) direct_double(sim, g, output);
+    else direct_float(sim, g, output);
+}

@@ -1,0 +1,230 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * The module `gravity`: parameters, settings for an accuracy asked, the force, the potential, the
+ * time step of rows without a smoothing length. */
+#include "gravity.h"
+#include "comm.h"
+#include "log.h"
+#include "mem.h"
+#include "module.h"
+#include <math.h>
+#include <string.h>
+
+static const struct param params[] = {
+    {"softening", PARAM_REAL, "length", "0", 0, 1e300, NULL,
+     "softening length eps of a row (Plummer's; the spline has its support at 2.8 eps)", true,
+     offsetof(struct gravity, softening)},
+    {"softening_gas", PARAM_REAL, "length", "none", 0, 1e300, NULL, "the same of gas; default: softening", true,
+     offsetof(struct gravity, softening_of[GAS])},
+    {"softening_cloud", PARAM_REAL, "length", "none", 0, 1e300, NULL, "the same of clouds", true,
+     offsetof(struct gravity, softening_of[CLOUD])},
+    {"softening_star", PARAM_REAL, "length", "none", 0, 1e300, NULL, "the same of stars", true,
+     offsetof(struct gravity, softening_of[STAR])},
+    {"softening_dark", PARAM_REAL, "length", "none", 0, 1e300, NULL, "the same of dark matter", true,
+     offsetof(struct gravity, softening_of[DARK])},
+    {"softening_kernel", PARAM_CHOICE, "", "plummer", 0, 0, "plummer|spline",
+     "form of the softened force; the spline is exact beyond its support", true,
+     offsetof(struct gravity, softening_kernel)},
+    {"accuracy", PARAM_REAL, "", "1e-3", 1e-7, 0.3, NULL,
+     "99 % of the rows shall have a relative error of the acceleration at or below this", true,
+     offsetof(struct gravity, accuracy)},
+    {"solver", PARAM_CHOICE, "", "auto", 0, 0, "auto|direct|tree|fmm",
+     "direct sum, tree with grouped lists, fast multipoles; auto takes the cheapest", true,
+     offsetof(struct gravity, solver)},
+    {"opening_angle", PARAM_REAL, "", "none", 0.05, 2, NULL,
+     "tree: a cell acts as a whole if its side is below this times its distance; default: from accuracy", true,
+     offsetof(struct gravity, opening_angle)},
+    {"order", PARAM_COUNT, "", "none", 1, GRAVITY_ORDER_MAX, NULL,
+     "tree: 1 monopoles, 2 quadrupoles; fmm: 3 to 6; default: from accuracy", true,
+     offsetof(struct gravity, order)},
+    {"group_size", PARAM_COUNT, "", "none", 1, 100000, NULL,
+     "rows that share an interaction list, at most; default: measured", true, offsetof(struct gravity, group_size)},
+    {"leaf_size", PARAM_COUNT, "", "none", 1, 100000, NULL,
+     "rows of a cell that is not opened into cells, at most; default: measured", true,
+     offsetof(struct gravity, leaf_size)},
+    {"precision", PARAM_CHOICE, "", "float", 0, 0, "float|double",
+     "of pair forces; double only with solver direct, as a reference", true, offsetof(struct gravity, precision)},
+    {"instructions", PARAM_CHOICE, "", "auto", 0, 0, "auto|v2|v3|v4",
+     "instruction set of the kernels: x86-64-v2, v3 or v4", true, offsetof(struct gravity, instructions)},
+    {"time_step", PARAM_REAL, "", "0.1", 1e-4, 10, NULL,
+     "eta of the longest step eta sqrt(2 eps/|a|) of rows without a smoothing length (eps: Plummer's)", true,
+     offsetof(struct gravity, time_step)},
+    {0}
+};
+
+/* Half the softening squared: of Plummer's eps, or of the spline's support 2.8 eps. */
+static void set_softening(struct sim *sim, struct gravity *g)
+{
+    const double support_ratio = 2.8;   /* Springel (2005): depth of the spline's well is Plummer's */
+    double least = INFINITY, most = 0;
+    for (int s = 0; s < N_SPECIES; s++) {
+        double eps = isnan(g->softening_of[s]) ? g->softening : g->softening_of[s];
+        double length = g->softening_kernel == KERNEL_SPLINE ? support_ratio * eps : eps;
+        g->half_soft2[s] = 0.5 * length * length;
+        if (sim->species[s].n == 0) continue;
+        least = fmin(least, length);
+        most = fmax(most, length);
+    }
+    bool spline = g->softening_kernel == KERNEL_SPLINE;
+    g->form = spline ? SOFT_SPLINE : least == most && least > 0 ? SOFT_COMMON : SOFT_PLUMMER;
+    g->support = spline ? most : 0;
+    g->far_soft2 = spline || !(most > 0) ? 0 : 0.5 * (least * least + most * most);
+    /* Between cells all pairs have one softening; the error of that, 3/2 of the difference of the
+     * squares over d^2, stays below a tenth of what is asked. */
+    g->near2 = spline || !(most > 0) ? 0 : 15 * 0.5 * (most * most - least * least) / g->accuracy;
+}
+
+/* Rows up to which direct sums are the cheapest: their cost a row (N / 4.5e9 s with the slowest of the
+ * machines measured) is below that of a walk with lists (0.5 microseconds). */
+enum { DIRECT_ROWS = 2000 };
+
+static void set_opening(struct sim *sim, struct gravity *g)
+{
+    struct gravity_opening *o = &g->opening;
+    o->solver = (enum gravity_solver)g->solver;
+    if (o->solver == SOLVER_AUTO) {
+        int64_t rows = 0;
+        for_species(sim, s) rows += s->n;
+        o->solver = rows <= DIRECT_ROWS || g->precision == PRECISION_DOUBLE ? SOLVER_DIRECT : SOLVER_FMM;
+    }
+    gravity_settings(o, g->accuracy);
+    if (g->order > 0) o->order = (int)g->order;
+    if (g->group_size > 0) o->group_size = (int)g->group_size;
+    if (g->leaf_size > 0) o->leaf_size = (int)g->leaf_size;
+    if (o->leaf_size > o->group_size) o->leaf_size = o->group_size;
+    if (!isnan(g->opening_angle)) o->theta = g->opening_angle;
+}
+
+static void check_settings(struct sim *sim, struct gravity *g)
+{
+    static const char *const isa[] = {NULL, "v2", "v3", "v4"};
+    g->kernels = gravity_kernels_find(isa[g->instructions]);
+    if (!g->kernels)
+        problems_add(&sim->problems, "gravity.instructions: this processor does not have x86-64-%s", isa[g->instructions]);
+    if (g->precision == PRECISION_DOUBLE && g->solver != SOLVER_DIRECT && g->solver != SOLVER_AUTO)
+        problems_add(&sim->problems, "gravity.precision: double is a reference, for solver direct only");
+    if (g->solver == SOLVER_TREE && g->order > 2)
+        problems_add(&sim->problems, "gravity.order: the tree has monopoles (1) and quadrupoles (2)");
+    if ((g->solver == SOLVER_FMM || g->solver == SOLVER_AUTO) && g->order > 0 && g->order < GRAVITY_ORDER_MIN)
+        problems_add(&sim->problems, "gravity.order: fmm has orders %d to %d", GRAVITY_ORDER_MIN, GRAVITY_ORDER_MAX);
+    if (g->solver != SOLVER_TREE && !isnan(g->opening_angle))
+        problems_add(&sim->problems, "gravity.opening_angle: only the tree opens by an angle (solver: tree)");
+}
+
+static void declare(struct sim *sim, void *state)
+{
+    struct gravity *g = state;
+    check_settings(sim, g);
+    g->G = sim->units.G;
+    g->scale = 1;
+    g->built = -1;
+    g->measured = NAN;
+    for (int s = 0; s < N_SPECIES; s++) {
+        species_need(&sim->species[s], COLUMN_pot);
+        species_need(&sim->species[s], COLUMN_grav);
+    }
+}
+
+/* The rows are there: the solver may depend on their number. */
+static void begin(struct sim *sim, void *state)
+{
+    struct gravity *g = state;
+    set_softening(sim, g);
+    set_opening(sim, g);
+    int width = gravity_moments_width(&g->opening);
+    if (g->opening.solver != SOLVER_DIRECT && width > 0) tree_need(&sim->tree, NODE_moment, width);
+    if (g->opening.leaf_size < sim->tree.leaf_size || sim->tree.leaf_size == 0)
+        tree_need_leaf(&sim->tree, g->opening.leaf_size);
+}
+
+static void end(struct sim *sim, void *state)
+{
+    (void)sim;
+    struct gravity *g = state;
+    mem_free(g->cell);
+    mem_free(g->least);
+}
+
+static void arrange(struct sim *sim, void *state)
+{
+    struct gravity *g = state;
+    if (g->opening.solver == SOLVER_DIRECT || sim->tree.n_nodes == 0) return;
+    if (g->n_cells != sim->tree.n_nodes || sim->tree.built == sim->time.tick) gravity_moments_build(sim, g);
+    else gravity_moments_refit(sim, g);
+}
+
+static void compute(struct sim *sim, struct gravity *g, enum gravity_output output)
+{
+    if (sim->tree.n_nodes == 0) return;
+    if (g->opening.solver == SOLVER_DIRECT) gravity_direct(sim, g, output);
+    else gravity_walk(sim, g, output);
+}
+
+/* The first force of a run has no accelerations to measure its errors by: a walk by angles alone
+ * finds their size. */
+static void learn(struct sim *sim, struct gravity *g)
+{
+    if (g->opening.solver != SOLVER_FMM || g->known || sim->tree.n_nodes == 0) return;
+    compute(sim, g, OUTPUT_SIZE);
+    g->known = 1;
+    gravity_moments_least(sim, g);
+}
+
+static void force(struct sim *sim, void *state)
+{
+    struct gravity *g = state;
+    learn(sim, g);
+    bool check = gravity_check_due(sim, g);
+    struct gravity_sample *sample = check ? gravity_check_begin(sim, g) : NULL;
+    compute(sim, g, OUTPUT_FORCE);
+    if (check) gravity_check_end(sim, g, sample);
+    if (sim->want_potential) sim->fresh_potential = true;
+}
+
+static void potential(struct sim *sim, void *state)
+{
+    compute(sim, state, OUTPUT_POTENTIAL);
+}
+
+static void energy(struct sim *sim, void *state, struct energy_sink *sink)
+{
+    (void)state;
+    enum { BLOCK = 4096 };
+    double sum = 0;
+    for_species(sim, s)
+        for (int64_t b = s->own; b < s->own + s->n_own; b += BLOCK) {
+            double part = 0;
+            for (int64_t i = b; i < b + BLOCK && i < s->own + s->n_own; i++) part += s->mass[i] * (double)s->pot[i];
+            sum += 0.5 * part;
+        }
+    sink->add(sink, "potential", sum);
+}
+
+/* Rows that no smoothing length limits (collisionless ones): free fall over their softening length. */
+static void limit(struct sim *sim, void *state)
+{
+    const struct gravity *g = state;
+    for_species(sim, s) {
+        if (s->h) continue;
+        double eps = isnan(g->softening_of[s->kind]) ? g->softening : g->softening_of[s->kind];
+        if (!(eps > 0)) continue;
+        for (int64_t a = 0; a < s->n_active; a++) {
+            const float *acc = s->acc[s->active[a]];
+            double size = sqrt((double)acc[0] * (double)acc[0] + (double)acc[1] * (double)acc[1] + (double)acc[2] * (double)acc[2]);
+            if (size > 0) s->dt[s->active[a]] = fminf(s->dt[s->active[a]], (float)(g->time_step * sqrt(2 * eps / size)));
+        }
+    }
+}
+
+static const struct saved saved[] = {
+    {"scale", offsetof(struct gravity, scale), sizeof(double)},
+    {"known", offsetof(struct gravity, known), sizeof(int64_t)},
+    {"checked", offsetof(struct gravity, checked), sizeof(int64_t)},
+    {0}
+};
+
+const struct module gravity_module = {
+    .name = "gravity", .doc = "self-gravity: direct sum, tree or fast multipoles", .params = params,
+    .state_bytes = sizeof(struct gravity), .saved = saved, .declare = declare, .begin = begin, .end = end,
+    .hook = {[HOOK_ARRANGE] = arrange, [HOOK_FORCE] = force, [HOOK_LIMIT] = limit},
+    .potential = potential, .energy = energy,
+};

@@ -1,0 +1,86 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Private to gravity: the module's state and its parts (moments.c, walk.c, direct.c, check.c). */
+#ifndef TEPHRA_GRAVITY_H
+#define TEPHRA_GRAVITY_H
+#include "kernels.h"
+#include "pair.h"
+#include "sim.h"
+
+enum gravity_solver { SOLVER_AUTO, SOLVER_DIRECT, SOLVER_TREE, SOLVER_FMM };
+enum { PRECISION_FLOAT, PRECISION_DOUBLE };
+enum { KERNEL_PLUMMER, KERNEL_SPLINE };
+
+/* How far a walk goes; the numbers of Dehnen (2014), section 3, and measured ones (settings.c). */
+struct gravity_opening {
+    enum gravity_solver solver;
+    int order;                  /* fmm: 3 to 6; tree: 1 monopole, 2 quadrupole */
+    int leaf_size, group_size;  /* rows of a cell that is not opened; rows that share lists */
+    double theta;               /* tree: side over distance from the group's box */
+    double alpha;               /* fmm: error of one interaction over the least acceleration */
+};
+
+struct gravity {
+    /* Parameters, as in the scene. */
+    double softening, softening_of[N_SPECIES], accuracy, opening_angle, time_step;
+    int64_t order, group_size, leaf_size;
+    int softening_kernel, solver, precision, instructions;
+
+    const struct gravity_kernels *kernels;
+    struct gravity_opening opening;
+    double G;
+    enum softening_form form;
+    double half_soft2[N_SPECIES];   /* what a row brings to the softening of a pair, squared */
+    double far_soft2;               /* Plummer softening squared between cells */
+    double support;                 /* of the spline: cells act beyond it */
+    double near2;                   /* unequal softenings: cells act beyond this distance squared */
+
+    struct gravity_cell *cell;      /* one a node of the tree */
+    float *least;                   /* one a node: the least acceleration of its rows, bounded below */
+    int32_t n_cells;
+    int64_t built, fitted;          /* ticks of the tree that the cells are of */
+
+    double scale;                   /* of the opening, set by the self-check; saved */
+    int64_t known;                  /* the column grav is filled; saved */
+    int64_t checked;                /* self-checks done; saved */
+    double measured;                /* 99th percentile of the error at the last self-check */
+    int64_t pairs, cells;           /* interactions of the last force: rows, cells */
+};
+
+/* Rows of a cell that acts as a whole or row by row, but is not opened. */
+static inline bool gravity_is_leaf(const struct gravity *g, const struct node *node)
+{ return node->n_children == 0 || node_rows(node, ALL_SPECIES) <= g->opening.leaf_size; }
+
+/* Multipoles, reach and least accelerations of all cells of a new tree; and after a refit. */
+void gravity_moments_build(struct sim *sim, struct gravity *g);
+void gravity_moments_refit(struct sim *sim, struct gravity *g);
+/* The bounds on accelerations alone, from the column grav. */
+void gravity_moments_least(struct sim *sim, struct gravity *g);
+/* Floats a node of the column `moment`: 0 for monopoles. */
+int gravity_moments_width(const struct gravity_opening *opening);
+
+/* Accelerations added to acc of the active rows (and pot filled, if the step is recorded); or only
+ * their size into grav; or only pot. */
+enum gravity_output { OUTPUT_FORCE, OUTPUT_SIZE, OUTPUT_POTENTIAL };
+void gravity_walk(struct sim *sim, struct gravity *g, enum gravity_output output);
+void gravity_direct(struct sim *sim, struct gravity *g, enum gravity_output output);
+
+/* Acceleration and potential of listed rows of one species by direct sums in double: acc[4 i] is
+ * ax, ay, az, potential of row list[i]. */
+void gravity_direct_rows(const struct sim *sim, const struct gravity *g, const struct species *s,
+                         const int32_t *list, int64_t n, double (*acc)[4]);
+
+/* The measured front: solver's order, sizes and opening for a 99th percentile of the error. */
+void gravity_settings(struct gravity_opening *opening, double accuracy);
+
+/* Relative errors of accelerations, as `accuracy` counts them: against the larger of the exact size
+ * and `floor`. */
+struct gravity_errors { int64_t n; double rms, median, p99, max; };
+struct gravity_errors gravity_errors_of(double *error, int64_t n);
+
+/* The self-check: a sample of about 1024 rows, chosen by their ids, against direct sums. */
+struct gravity_sample;
+bool gravity_check_due(const struct sim *sim, const struct gravity *g);
+struct gravity_sample *gravity_check_begin(struct sim *sim, const struct gravity *g);
+/* Logs asked and measured, scales the opening, frees the sample. */
+void gravity_check_end(struct sim *sim, struct gravity *g, struct gravity_sample *sample);
+#endif

@@ -1,0 +1,167 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * A group of target rows: staged with the sources that act on them, summed, written back. */
+#include "cell.h"
+#include "walk.h"
+#include <math.h>
+#include <string.h>
+
+enum { TILE = 1024 };
+
+void walk_open(struct walk *w, struct sim *sim, const struct gravity *g, enum gravity_output output)
+{
+    static const double binomial[] = {1, 1, 3, 3, 6, 10, 15};   /* (order over 2); tree keeps order 3 */
+    *w = (struct walk){.sim = sim, .g = g, .output = output};
+    w->potential = output == OUTPUT_POTENTIAL || (output == OUTPUT_FORCE && sim->want_potential);
+    w->theta = g->opening.theta * g->scale;
+    w->alpha = g->opening.alpha * g->scale;
+    w->quadrupole = (float)(1 / binomial[g->opening.order]);
+    w->sources.capacity = TILE;
+    w->sources.row = mem_array("gravity", struct gravity_source, TILE);
+    w->sources.soft = mem_array("gravity", float, TILE);
+}
+
+void walk_close(struct walk *w)
+{
+    void *block[] = {w->waiting.item, w->opened.item, w->local.item, w->near.item, w->far.item, w->path, w->row,
+                     w->own.row, w->own.soft, w->sources.row, w->sources.soft,
+                     w->targets.x, w->targets.y, w->targets.z, w->targets.soft, w->targets.own,
+                     w->targets.ax, w->targets.ay, w->targets.az, w->targets.depth};
+    for (size_t i = 0; i < sizeof block / sizeof *block; i++) mem_free(block[i]);
+}
+
+static void reserve_targets(struct walk *w, int n)
+{
+    struct gravity_targets *t = &w->targets;
+    n = (n + GRAVITY_LANES_MAX - 1) / GRAVITY_LANES_MAX * GRAVITY_LANES_MAX;
+    if (n <= t->capacity) return;
+    t->capacity = n;
+    float **const floats[] = {&t->x, &t->y, &t->z, &t->soft};
+    double **const doubles[] = {&t->ax, &t->ay, &t->az, &t->depth};
+    for (int k = 0; k < 4; k++) {
+        *floats[k] = mem_resize("gravity", *floats[k], (size_t)n * sizeof(float));
+        *doubles[k] = mem_resize("gravity", *doubles[k], (size_t)n * sizeof(double));
+    }
+    t->own = mem_resize("gravity", t->own, (size_t)n * sizeof *t->own);
+    w->row = mem_resize("gravity", w->row, (size_t)n * sizeof *w->row);
+}
+
+static void reserve_own(struct gravity_sources *own, int64_t n)
+{
+    own->n = 0;
+    if (n <= own->capacity) return;
+    own->capacity = (int)n;
+    own->row = mem_resize("gravity", own->row, (size_t)n * sizeof *own->row);
+    own->soft = mem_resize("gravity", own->soft, (size_t)n * sizeof *own->soft);
+}
+
+static void add_target(struct walk *w, int s, int64_t i, int own)
+{
+    struct gravity_targets *t = &w->targets;
+    int n = t->n++;
+    const struct gravity_source row = w->own.row[own];
+    t->x[n] = row.x;
+    t->y[n] = row.y;
+    t->z[n] = row.z;
+    t->soft[n] = w->own.soft[own];
+    t->own[n] = own;
+    w->row[n] = (struct row){s, (int32_t)i};
+}
+
+/* Idle lanes repeat the first target, so that nothing in them can overflow. */
+static void fill_lanes(struct gravity_targets *t)
+{
+    int end = (t->n + GRAVITY_LANES_MAX - 1) / GRAVITY_LANES_MAX * GRAVITY_LANES_MAX;
+    for (int i = t->n; i < end; i++) {
+        t->x[i] = t->x[0];
+        t->y[i] = t->y[0];
+        t->z[i] = t->z[0];
+        t->soft[i] = t->soft[0];
+        t->own[i] = t->own[0];
+    }
+    double *const sums[] = {t->ax, t->ay, t->az, t->depth};
+    for (int k = 0; k < 4; k++) memset(sums[k], 0, (size_t)end * sizeof(double));
+}
+
+/* One softening for all and well above the smallest length that the kernels tell from zero. */
+static enum softening_form form_of(const struct walk *w, const struct gravity_sources *s)
+{
+    if (w->g->form == SOFT_COMMON && s->soft[0] < 1e-12f) return SOFT_PLUMMER;
+    return w->g->form;
+}
+
+static void evaluate(struct walk *w)
+{
+    struct gravity_sources *s = &w->sources;
+    if (s->n == 0) return;
+    const struct gravity_pair_table *table = w->g->kernels->pair;
+    (w->potential ? table->pot : table->acc)[form_of(w, s)](&w->targets, s);
+    w->pairs += (int64_t)w->targets.n * s->n;
+    s->n = 0;
+}
+
+void walk_begin_group(struct walk *w, const struct stage *stage, const struct node *node)
+{
+    int64_t rows = node_rows(node, ALL_SPECIES);
+    reserve_own(&w->own, rows);
+    reserve_targets(w, (int)rows);
+    w->targets.n = 0;
+    const struct timeline *time = &w->sim->time;
+    for (int k = 0; k < N_SPECIES; k++) {
+        const struct species *s = &w->sim->species[k];
+        int64_t from = node->first[k], to = from + node->count[k];
+        int before = w->own.n;
+        stage_sources(stage, &w->own, s, from, to);
+        for (int64_t i = from; i < to; i++)
+            if (i >= s->own && i < s->own + s->n_own && timeline_active(time, s->rung[i]))
+                add_target(w, k, i, before + (int)(i - from));
+    }
+    fill_lanes(&w->targets);
+    const struct gravity_pair_table *table = w->g->kernels->pair;
+    (w->potential ? table->own : table->acc)[form_of(w, &w->own)](&w->targets, &w->own);
+    w->pairs += (int64_t)w->targets.n * w->own.n;
+}
+
+void walk_add_local(struct walk *w, const float *local)
+{
+    static const float factorial[] = {1, 1, 2, 6, 24, 120, 720};
+    const int order = w->g->opening.order;
+    float scaled[CELL_TERMS_MAX];
+    for (int n = 0; n <= order; n++)
+        for (int a = n; a >= 0; a--)
+            for (int b = n - a; b >= 0; b--) {
+                int i = CELL_INDEX(a, b, n - a - b);
+                scaled[i] = local[i] / (factorial[a] * factorial[b] * factorial[n - a - b]);
+            }
+    w->g->kernels->far->at_targets[order - GRAVITY_ORDER_MIN](&w->targets, scaled);
+}
+
+void walk_add_range(struct walk *w, const struct stage *stage, const struct species *s, int64_t from, int64_t to)
+{
+    while (from < to) {
+        int64_t room = w->sources.capacity - w->sources.n, end = to - from < room ? to : from + room;
+        stage_sources(stage, &w->sources, s, from, end);
+        if (w->sources.n == w->sources.capacity) evaluate(w);
+        from = end;
+    }
+}
+
+void walk_add_rows(struct walk *w, const struct stage *stage, const struct node *node)
+{
+    for (int k = 0; k < N_SPECIES; k++)
+        walk_add_range(w, stage, &w->sim->species[k], node->first[k], node->first[k] + node->count[k]);
+}
+
+void walk_end_group(struct walk *w, const struct stage *stage)
+{
+    evaluate(w);
+    const struct gravity_targets *t = &w->targets;
+    const double per_length = stage->inverse, per_area = per_length * per_length;
+    for (int i = 0; i < t->n; i++) {
+        const struct species *s = &w->sim->species[w->row[i].species];
+        int32_t n = w->row[i].index;
+        double a[3] = {per_area * t->ax[i], per_area * t->ay[i], per_area * t->az[i]};
+        if (s->grav) s->grav[n] = (float)sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
+        for (int k = 0; k < 3 && w->output == OUTPUT_FORCE; k++) s->acc[n][k] += (float)a[k];
+        if (w->potential) s->pot[n] = (float)(-per_length * t->depth[i]);
+    }
+}

@@ -1,0 +1,53 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Private to the walks: what one thread carries, and its group of target rows (group.c). */
+#ifndef TEPHRA_GRAVITY_WALK_H
+#define TEPHRA_GRAVITY_WALK_H
+#include "mem.h"
+#include "stage.h"
+
+/* A growing list of cells. */
+struct list { int32_t *item; int64_t n, capacity; };
+static inline void list_reserve(void **block, int64_t *capacity, int64_t n, size_t bytes)
+{
+    if (n <= *capacity) return;
+    *capacity = n + n / 2 + 64;
+    *block = mem_resize("gravity", *block, (size_t)*capacity * bytes);
+}
+static inline void list_add(struct list *list, int32_t item)
+{
+    list_reserve((void **)&list->item, &list->capacity, list->n + 1, sizeof *list->item);
+    list->item[list->n++] = item;
+}
+
+struct row { int32_t species, index; };
+
+struct walk {
+    struct sim *sim;
+    const struct gravity *g;
+    enum gravity_output output;
+    bool potential;
+    double theta, alpha;        /* of the opening, scaled */
+    float quadrupole;           /* |M_2| is this times power[0] */
+    struct list waiting;        /* a stack: sources handed down, level below level */
+    struct list opened, local, near, far;   /* of the present target; `far` is a stack too */
+    int32_t *path;              /* from the task to the root */
+    int64_t path_capacity;
+    int depth;
+    struct gravity_targets targets;
+    struct row *row;            /* of the targets */
+    struct gravity_sources own, sources;
+    int64_t pairs, cells;       /* counted interactions */
+};
+
+void walk_open(struct walk *w, struct sim *sim, const struct gravity *g, enum gravity_output output);
+void walk_close(struct walk *w);
+/* The active own rows of a cell become the targets; all its rows act on them. */
+void walk_begin_group(struct walk *w, const struct stage *stage, const struct node *node);
+void walk_add_local(struct walk *w, const float *local);
+/* Rows of another cell act on the targets; evaluated by tiles. */
+void walk_add_rows(struct walk *w, const struct stage *stage, const struct node *node);
+/* Rows [from, to) of a species, likewise. */
+void walk_add_range(struct walk *w, const struct stage *stage, const struct species *s, int64_t from, int64_t to);
+/* Sums to the rows. */
+void walk_end_group(struct walk *w, const struct stage *stage);
+#endif
