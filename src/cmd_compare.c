@@ -112,7 +112,8 @@ static void compare_set(const struct side *a, const struct table *in_a, const st
     if (value[0] && value[1] && wide_a == wide_b) {
         compare_values(name, match, wide_a, value, result);
     } else {
-        printf("  %-20s %s\n", name, !value[1] ? "only in the first" : !value[0] ? "only in the second" : "other shape");
+        const char *why = !value[1] ? "only in the first" : !value[0] ? "only in the second" : "other shape";
+        printf("  %-20s %s\n", name, why);
         result->differs = true;
     }
     mem_free(value[0]);
