@@ -25,13 +25,14 @@ static void gathered_free(struct gathered *rows)
     mem_free(rows->own);
 }
 
-/* Rows of a species: those in `list`, or all. `first` is the place of row 0 among the sources. */
+/* Rows of a species: the active ones, or all. `first` is the place of row 0 among the sources. */
 static void gather(struct gathered *rows, const struct sim *sim, const struct gravity *g, const struct species *s,
-                   const int32_t *list, int64_t n, int64_t first)
+                   bool active, int64_t first)
 {
+    int64_t n = active ? s->n_active : s->n;
 #pragma omp parallel for schedule(static)
     for (int64_t a = 0; a < n; a++) {
-        int64_t i = list ? list[a] : a, to = rows->n + a;
+        int64_t i = active ? s->active[a] : a, to = rows->n + a;
         sim_predict(&sim->time, s, i, rows->pos[to]);
         rows->mass[to] = s->mass[i];
         rows->soft[to] = (float)g->half_soft2[s->kind];
@@ -68,8 +69,8 @@ void gravity_direct_device(struct sim *sim, struct gravity *g, enum gravity_outp
     }
     struct gathered sources = gathered_make(n), targets = gathered_make(active);
     for_species(sim, s) {
-        gather(&sources, sim, g, s, NULL, s->n, first);
-        gather(&targets, sim, g, s, s->active, s->n_active, first);
+        gather(&sources, sim, g, s, false, first);
+        gather(&targets, sim, g, s, true, first);
         first += s->n;
     }
     double (*acc)[3] = mem_alloc("gravity", (size_t)active * sizeof *acc), *pot = mem_array("gravity", double, active);

@@ -7,8 +7,7 @@ program=$TEPHRA_BUILD/tests/shim_tephra
 [ -x "$program" ] || { echo "no C++ compiler for the shim"; exit 77; }
 unset SHIM_DEVICES
 scene=$TEPHRA_SOURCE/ics/evrard.yml
-small="--set start.n=300 --set gravity.solver=direct --set time.end=0.1 --set output.snapshot_every=0.05"
-small="$small --set output.picture_every=0"
+small="--set start.n=300 --set gravity.solver=direct --set time.end=0.1 --set output.snapshot_every=0.05 --set output.picture_every=0.1"
 
 expect_status 0 "$program" run "$scene" $small --device cpu --out cpu
 grep -q 'device' err && fail "--device cpu speaks of devices"
