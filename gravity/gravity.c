@@ -3,6 +3,7 @@
  * time step of rows without a smoothing length. */
 #include "gravity.h"
 #include "comm.h"
+#include "direct_engine.h"
 #include "log.h"
 #include "mem.h"
 #include "module.h"
@@ -140,6 +141,7 @@ static void end(struct sim *sim, void *state)
 {
     (void)sim;
     struct gravity *g = state;
+    direct_engine_free(g->engine);
     mem_free(g->cell);
     mem_free(g->least);
 }

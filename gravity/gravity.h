@@ -43,6 +43,7 @@ struct gravity {
     int64_t known;                  /* the column grav is filled; saved */
     int64_t checked;                /* self-checks done; saved */
     double measured;                /* 99th percentile of the error at the last self-check */
+    struct direct_engine *engine;   /* on a device; made at the first force */
     int64_t pairs, cells;           /* interactions of the last force: rows, cells */
 };
 
@@ -63,6 +64,8 @@ int gravity_moments_width(const struct gravity_opening *opening);
 enum gravity_output { OUTPUT_FORCE, OUTPUT_SIZE, OUTPUT_POTENTIAL };
 void gravity_walk(struct sim *sim, struct gravity *g, enum gravity_output output);
 void gravity_direct(struct sim *sim, struct gravity *g, enum gravity_output output);
+/* The same on the device of the simulation, in pairs of floats. */
+void gravity_direct_device(struct sim *sim, struct gravity *g, enum gravity_output output);
 
 /* Acceleration and potential of listed rows of one species by direct sums in double: acc[4 i] is
  * ax, ay, az, potential of row list[i]. */
