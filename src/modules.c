@@ -4,7 +4,7 @@
 #include "module.h"
 
 #define MODULES(X) \
-    X(output) X(time) X(tree) X(leapfrog) X(pec) \
+    X(output) X(time) X(box) X(tree) X(leapfrog) X(pec) \
     X(gravity) X(sph) \
     X(ranks) X(steps)
 
