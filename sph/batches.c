@@ -2,6 +2,7 @@
  * Groups, batches and the largest smoothing length of each cell: see sph.h. */
 #include "mem.h"
 #include "sph.h"
+#include <math.h>
 #include <omp.h>
 
 /* Bytes of the arena a gas row: about what the candidates of a step take at a group size of 128. */
@@ -82,7 +83,7 @@ static void measure_node(struct tree *tree, const struct species *gas, int32_t n
         if (tree->h_max[node->child + k] > largest) largest = tree->h_max[node->child + k];
     if (node->n_children == 0)
         for (int32_t i = node->first[GAS]; i < node->first[GAS] + node->count[GAS]; i++)
-            if (gas->h[i] > largest) largest = gas->h[i];
+            largest = fmaxf(largest, expf(sph_growth) * gas->h[i]);
     tree->h_max[n] = largest;
 }
 

@@ -95,7 +95,7 @@ static void compare_tile(const struct sph_work *work, const struct sim *sim, con
 static void compare_rows(struct sph_work *work, const struct sim *sim, const uint8_t *rung,
                          struct sph_region rows, struct wishes *wishes)
 {
-    float reach = sph_largest_h(&sim->species[GAS], rows);
+    float reach = sph_largest_h(sim, rows);
     sph_centre(work, sim, rows);
     for (int64_t skip = 0; skip == 0 || work->more; skip += SPH_TILE) {
         sph_gather(work, sim, reach, true, skip);

@@ -39,7 +39,7 @@ static void density_chunk(const struct visit *v, struct sph_density_sums *sums)
         struct sph_region cluster = cluster_of(v->rows, c * SPH_LANES);
         struct sph_lanes lanes;
         struct sph_box box = sph_lanes_fill(&lanes, v->work, v->sim, cluster);
-        int n = v->sph->loops->filter(&v->work->tile, box, sph_largest_h(&v->sim->species[GAS], cluster));
+        int n = v->sph->loops->filter(&v->work->tile, box, sph_largest_h(v->sim, cluster));
         v->sph->loops->density(&lanes, &v->work->tile, n, &sums[c]);
     }
 }
@@ -69,7 +69,7 @@ static void density_batch(struct visit *v)
     struct sph_density_sums sums[SPH_BATCH / SPH_LANES];
     memset(sums, 0, sizeof sums);
     sph_centre(v->work, v->sim, v->rows);
-    float reach = sph_largest_h(&v->sim->species[GAS], v->rows);
+    float reach = sph_largest_h(v->sim, v->rows);
     for (int64_t skip = 0; skip == 0 || v->work->more; skip += SPH_TILE) {
         sph_gather(v->work, v->sim, reach, true, skip);
         if (skip == 0 && !v->work->more) keep_list(v->sph, v->work, v->batch);
@@ -88,7 +88,7 @@ static void force_chunk(const struct visit *v, struct sph_force_sums *sums)
         struct sph_lanes lanes;
         struct sph_box box = sph_lanes_fill(&lanes, v->work, v->sim, cluster);
         sph_lanes_state(&lanes, v->sim, sph, cluster);
-        int n = sph->loops->filter(&v->work->tile, box, sph_largest_h(&v->sim->species[GAS], cluster));
+        int n = sph->loops->filter(&v->work->tile, box, sph_largest_h(v->sim, cluster));
         sph->loops->force(&lanes, &v->work->tile, n, visc, &sums[c]);
     }
 }
@@ -115,7 +115,7 @@ static void force_batch(struct visit *v)
         sph_stage(v->work, v->sim, v->sph->arena + v->batch->list, v->batch->n_list);
         force_chunk(v, sums);
     } else {
-        float reach = sph_largest_h(&v->sim->species[GAS], v->rows);
+        float reach = sph_largest_h(v->sim, v->rows);
         for (int64_t skip = 0; skip == 0 || v->work->more; skip += SPH_TILE) {
             sph_gather(v->work, v->sim, reach, true, skip);
             force_chunk(v, sums);

@@ -11,10 +11,10 @@ struct sph_region sph_batch_rows(const struct sim *sim, const struct sph_batch *
     return (struct sph_region){sim->species[GAS].active + batch->first, batch->count};
 }
 
-float sph_largest_h(const struct species *gas, struct sph_region rows)
+float sph_largest_h(const struct sim *sim, struct sph_region rows)
 {
     float largest = 0;
-    for (int r = 0; r < rows.n; r++) largest = fmaxf(largest, gas->h[rows.row[r]]);
+    for (int r = 0; r < rows.n; r++) largest = fmaxf(largest, sph_h_now(sim, rows.row[r]));
     return largest;
 }
 
@@ -48,13 +48,13 @@ struct sph_place sph_place_row(const struct sph_work *work, const struct sim *si
         x[k] = (float)(integrate_position(gas->pos[i][k], gas->vel[i][k], a, t) - work->centre[k]);
         v[k] = (float)(integrate_velocity(gas->vel[i][k], a, t) - work->vel[k]);
     }
-    return (struct sph_place){x[0], x[1], x[2], 0.5f * gas->h[i], v[0], v[1], v[2], (float)gas->mass[i]};
+    return (struct sph_place){x[0], x[1], x[2], 0.5f * sph_h_now(sim, i), v[0], v[1], v[2], (float)gas->mass[i]};
 }
 
 static inline struct sph_state state_row(const struct sim *sim, const struct sph *sph, int32_t i)
 {
     const struct species *gas = &sim->species[GAS];
-    float u = 0, rho = gas->rho[i], p;
+    float u = 0, rho = sph_rho_now(sim, i), p;
     if (sph->eos == SPH_ISOTHERMAL) {
         p = (float)(sph->sound_speed * sph->sound_speed) / rho;
     } else {

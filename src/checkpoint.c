@@ -60,7 +60,7 @@ static char column_kind(int column)
 static void write_fields(struct h5 *file, const char *group, const struct saved *fields, const void *from)
 {
     for (const struct saved *f = fields; f && f->name; f++) {
-        char path[NAME];
+        char path[2 * NAME];
         snprintf(path, sizeof path, "%s/%s", group, f->name);
         h5_write(file, path, 'b', (int64_t)f->bytes, 1, (const char *)from + f->offset);
     }
@@ -139,7 +139,7 @@ void checkpoint_write(const struct sim *sim, const char *path)
 static void read_fields(struct h5 *file, const char *group, const struct saved *fields, void *to)
 {
     for (const struct saved *f = fields; f && f->name; f++) {
-        char path[NAME];
+        char path[2 * NAME];
         snprintf(path, sizeof path, "%s/%s", group, f->name);
         h5_read(file, path, 'b', (int64_t)f->bytes, 1, (char *)to + f->offset);
     }

@@ -29,7 +29,7 @@
     COLUMN(du_old,   float,       , STEP, "V^3 L^-1", "",                "du at the start of the step") \
     COLUMN(dt,       float,       , STEP, "L V^-1",   "",                "longest step that every module allows") \
     COLUMN(pot,      float,       , STEP, "V^2",      "Potential",       "potential of all other rows, own softened term left out") \
-    COLUMN(div_v,    float,       , STEP, "V L^-1",   "",                "divergence of the velocity") \
+    COLUMN(div_v,    float,       , KEEP, "V L^-1",   "",                "divergence of the velocity") \
     COLUMN(curl_v,   float,       , STEP, "V L^-1",   "",                "magnitude of the curl of the velocity") \
     COLUMN(signal,   float,       , STEP, "V",        "",                "largest signal velocity towards a neighbour")
 

@@ -17,7 +17,7 @@ static struct {
     bool silent;
     bool progress;          /* a progress line stands on the terminal */
     int warnings;
-} state = { .lock = PTHREAD_MUTEX_INITIALIZER };
+} state = {.lock = PTHREAD_MUTEX_INITIALIZER};
 
 static void wipe_progress(void)
 {

@@ -21,7 +21,7 @@ static struct {
     struct owner owner[MAX_OWNERS];
     int n;
     size_t now, peak;
-} ledger = { .lock = PTHREAD_MUTEX_INITIALIZER };
+} ledger = {.lock = PTHREAD_MUTEX_INITIALIZER};
 
 static struct record *record_of(void *block)
 {
@@ -75,7 +75,7 @@ void *mem_alloc(const char *owner, size_t bytes)
     void *raw = calloc(1, raw_bytes(owner, bytes));
     if (!raw) fail_memory(owner, bytes);
     void *block = block_in(raw);
-    *record_of(block) = (struct record){ raw, bytes, book(owner, bytes, 0) };
+    *record_of(block) = (struct record){raw, bytes, book(owner, bytes, 0)};
     return block;
 }
 
@@ -94,7 +94,7 @@ void *mem_resize(const char *owner, void *block, size_t bytes)
     char *contents = (char *)raw + offset;
     if (moved != contents) memmove(moved, contents, old.bytes < bytes ? old.bytes : bytes);
     book(old.owner->name, 0, old.bytes);
-    *record_of(moved) = (struct record){ raw, bytes, book(owner, bytes, 0) };
+    *record_of(moved) = (struct record){raw, bytes, book(owner, bytes, 0)};
     return moved;
 }
 

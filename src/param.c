@@ -11,9 +11,10 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
-/* Everything that the meaning of one text depends on. */
-struct context { const struct scene *scene; const struct units *units; };
+/* What the meaning of a text depends on: where relative paths start, and units. */
+struct context { const char *folder; const struct units *units; };
 
 static void *field_of(const struct param *param, void *values) { return (char *)values + param->offset; }
 
@@ -36,7 +37,7 @@ static char *parse_count(const char *text, int64_t *value)
         return NULL;
     }
     double real;
-    char *why = units_parse(&(struct units){ .length = 1, .mass = 1, .velocity = 1 }, text, "", &real);
+    char *why = units_parse(&(struct units){.length = 1, .mass = 1, .velocity = 1}, text, "", &real);
     if (why || real != floor(real)) {
         mem_free(why);
         return text_of("expects a whole number");
@@ -48,7 +49,7 @@ static char *parse_count(const char *text, int64_t *value)
 
 static char *parse_flag(const char *text, bool *value)
 {
-    static const char *const words[] = { "off", "on", "no", "yes", "false", "true" };
+    static const char *const words[] = {"off", "on", "no", "yes", "false", "true"};
     for (int i = 0; i < 6; i++)
         if (strcmp(text, words[i]) == 0) {
             *value = i % 2;
@@ -87,10 +88,9 @@ static char *parse_choice(const struct param *param, const char *text, int *valu
     return why;
 }
 
-static char *parse_path(const struct scene *scene, const char *text, char **value)
+static char *absolute_path(const char *folder, const char *text)
 {
-    *value = *text == '/' ? text_of(text) : mem_format("parameters", "%s/%s", scene->folder, text);
-    return NULL;
+    return *text == '/' ? text_of(text) : mem_format("parameters", "%s/%s", folder, text);
 }
 
 /* "0 ... 1e30": as %g, without the signs and zeros that nobody writes in an exponent. */
@@ -142,8 +142,8 @@ static char *parse_value(const struct context *context, const struct param *para
         *(char **)field = none ? NULL : text_of(text);
         return NULL;
     case PARAM_PATH:
-        *(char **)field = NULL;
-        return none ? NULL : parse_path(context->scene, text, field);
+        *(char **)field = none ? NULL : absolute_path(context->folder, text);
+        return NULL;
     }
     check(!"a known type of parameter");
     return NULL;
@@ -156,21 +156,24 @@ static const struct scene_entry *find_entry(const struct scene_block *block, con
     return NULL;
 }
 
-static void read_param(const struct context *context, const char *block, const struct param *param, void *field,
-                       struct problems *problems)
+static void read_entry(const struct scene_entry *entry, const char *block, const struct context *context,
+                       const struct param *param, void *field, struct problems *problems)
 {
-    const struct scene_entry *entry = find_entry(scene_find(context->scene, block), param->name);
-    if (entry && !*entry->value && param->type != PARAM_TEXT) {
+    if (!*entry->value && param->type != PARAM_TEXT) {
         problems_add(problems, "%s: %s.%s: has no value", entry->place, block, param->name);
         return;
     }
-    if (entry) {
-        char *why = parse_value(context, param, entry->value, field);
-        if (why) problems_add(problems, "%s: %s.%s = %s: %s", entry->place, block, param->name, entry->value, why);
-        mem_free(why);
-        return;
-    }
-    const char *place = scene_place(context->scene, block, NULL);
+    char *working = entry->typed ? getcwd(NULL, 0) : NULL;
+    const struct context here = {working ? working : context->folder, context->units};
+    char *why = parse_value(&here, param, entry->value, field);
+    if (why) problems_add(problems, "%s: %s.%s = %s: %s", entry->place, block, param->name, entry->value, why);
+    mem_free(why);
+    free(working);
+}
+
+static void read_default(const char *place, const char *block, const struct context *context,
+                         const struct param *param, void *field, struct problems *problems)
+{
     if (!param->fallback) {
         problems_add(problems, "%s: %s.%s: must be given (%s)", place, block, param->name, param->text);
         return;
@@ -216,10 +219,16 @@ static void report_unknown(const struct scene *scene, const char *block, const s
 void param_read(const struct scene *scene, const char *block, const struct param_target *tables,
                 const struct units *units, struct problems *problems)
 {
-    const struct context context = { scene, units };
+    const struct context context = {scene->folder, units};
+    const struct scene_block *found = scene_find(scene, block);
+    const char *place = scene_place(scene, block, NULL);
     for (const struct param_target *target = tables; target->table; target++)
-        for (const struct param *param = target->table; param->name; param++)
-            read_param(&context, block, param, field_of(param, target->values), problems);
+        for (const struct param *param = target->table; param->name; param++) {
+            const struct scene_entry *entry = find_entry(found, param->name);
+            void *field = field_of(param, target->values);
+            if (entry) read_entry(entry, block, &context, param, field, problems);
+            else read_default(place, block, &context, param, field, problems);
+        }
     report_unknown(scene, block, tables, problems);
 }
 
@@ -234,8 +243,8 @@ static void write_real(FILE *stream, double value)
     fputs(text, stream);
 }
 
-/* A double-quoted YAML scalar; bytes above 127 are UTF-8 and stay. */
-static void write_quoted(FILE *stream, const char *text)
+/* Bytes above 127 are UTF-8 and stay. */
+void param_write_text(FILE *stream, const char *text)
 {
     fputc('"', stream);
     for (; *text; text++) {
@@ -272,7 +281,7 @@ static void write_value(FILE *stream, const struct param *param, const void *fie
     case PARAM_TEXT:
     case PARAM_PATH:
         text = *(char *const *)field;
-        if (text) write_quoted(stream, text);
+        if (text) param_write_text(stream, text);
         else fputs("none", stream);
         return;
     }

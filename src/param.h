@@ -14,7 +14,8 @@ enum param_type {
     PARAM_FLAG,     /* bool: on/off, yes/no, true/false */
     PARAM_CHOICE,   /* int: index into choices */
     PARAM_TEXT,     /* char * */
-    PARAM_PATH      /* char *, relative to the scene file; absolute once read */
+    PARAM_PATH      /* char *, relative to the scene file (typed after --set: to the working
+                       directory); absolute once read */
 };
 
 struct param {
@@ -46,6 +47,8 @@ void param_read(const struct scene *scene, const char *block, const struct param
 /* Writes "  key: value" lines for used.yml: in code units, so that reading them gives the same bits;
  * texts quoted, paths absolute. */
 void param_write(FILE *stream, const struct param_target *tables);
+/* One text as a double-quoted YAML scalar. */
+void param_write_text(FILE *stream, const char *text);
 /* Frees the texts and paths that param_read allocated. */
 void param_free(const struct param_target *tables);
 /* Human-readable table rows for `tephra params` and, as roff, for the man page. */

@@ -16,8 +16,8 @@ uint64_t random_stream(const char *name)
 
 static threefry4x64_ctr_t random_block(const struct random *key, uint64_t block)
 {
-    threefry4x64_ctr_t counter = { { key->id, key->tick, block, 0 } };
-    threefry4x64_key_t cipher = { { key->seed, key->stream, 0, 0 } };
+    threefry4x64_ctr_t counter = {{key->id, key->tick, block, 0}};
+    threefry4x64_key_t cipher = {{key->seed, key->stream, 0, 0}};
     return threefry4x64(counter, cipher);
 }
 

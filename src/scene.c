@@ -40,12 +40,12 @@ static bool is_one_of(const char *text, const char *const words[])
 
 static bool means_off(const char *text)
 {
-    return is_one_of(text, (const char *const[]){ "off", "no", "false", NULL });
+    return is_one_of(text, (const char *const[]){"off", "no", "false", NULL});
 }
 
 static bool means_empty(const char *text)
 {
-    return is_one_of(text, (const char *const[]){ "", "~", "null", "on", "yes", "true", NULL });
+    return is_one_of(text, (const char *const[]){"", "~", "null", "on", "yes", "true", NULL});
 }
 
 /* The scalar's text, or NULL with a problem. */
@@ -93,22 +93,24 @@ static struct scene_block *add_block(struct scene *scene, const char *name, cons
 {
     scene->block = mem_resize("scene", scene->block, (size_t)(scene->n + 1) * sizeof *scene->block);
     struct scene_block *block = &scene->block[scene->n++];
-    *block = (struct scene_block){ copy(name), copy(place), NULL, 0 };
+    *block = (struct scene_block){copy(name), copy(place), NULL, 0};
     return block;
 }
 
-static void set_entry(struct scene_block *block, const char *key, const char *value, const char *place)
+/* Takes copies of the texts. */
+static void set_entry(struct scene_block *block, struct scene_entry given)
 {
-    struct scene_entry *entry = find_entry(block, key);
+    struct scene_entry *entry = find_entry(block, given.key);
     if (!entry) {
         block->entry = mem_resize("scene", block->entry, (size_t)(block->n + 1) * sizeof *block->entry);
         entry = &block->entry[block->n++];
-        *entry = (struct scene_entry){ copy(key), NULL, NULL };
+        *entry = (struct scene_entry){.key = copy(given.key)};
     }
     mem_free(entry->value);
     mem_free(entry->place);
-    entry->value = copy(value);
-    entry->place = copy(place);
+    entry->value = copy(given.value);
+    entry->place = copy(given.place);
+    entry->typed = given.typed;
 }
 
 static void free_block(struct scene_block *block)
@@ -141,7 +143,7 @@ static void read_entry(struct source *source, struct scene_block *block, const y
     if (earlier && source->path)
         problems_add(source->problems, "%s: %s: given twice, first at %s", place, what, earlier->place);
     else if (value)
-        set_entry(block, key, value, place);
+        set_entry(block, (struct scene_entry){(char *)key, (char *)value, place, !source->path});
     mem_free(place);
     mem_free(what);
 }
@@ -283,7 +285,7 @@ struct scene *scene_read(const char *path, struct problems *problems)
     size_t bytes;
     char *text = read_file(path, &bytes, problems);
     if (!text) return scene;
-    struct source source = { .scene = scene, .path = path, .problems = problems };
+    struct source source = {.scene = scene, .path = path, .problems = problems};
     const yaml_node_t *root = parse(&source, text, bytes);
     if (root && root->type != YAML_MAPPING_NODE)
         problems_add(problems, "%s:%zu: expects blocks such as gravity: {softening: 0.01}", path,
@@ -313,7 +315,7 @@ static void set_key(struct scene *scene, const char *name, const char *key, cons
 {
     struct scene_block *block = scene_find(scene, name);
     if (block) {
-        set_entry(block, key, value, place_of_set(scene));
+        set_entry(block, (struct scene_entry){(char *)key, (char *)value, (char *)place_of_set(scene), true});
         return;
     }
     const char **names = mem_array("scene", const char *, scene->n + 1);
@@ -327,7 +329,7 @@ static void set_key(struct scene *scene, const char *name, const char *key, cons
 /* --set block=value, the value being YAML: {}, {key: value}, off. */
 static void set_block(struct scene *scene, const char *name, const char *value, struct problems *problems)
 {
-    struct source source = { .scene = scene, .problems = problems };
+    struct source source = {.scene = scene, .problems = problems};
     const yaml_node_t *root = parse(&source, value, strlen(value));
     if (root) read_block(&source, name, root, place_of_set(scene));
     yaml_document_delete(&source.document);

@@ -7,7 +7,11 @@
 
 struct problems;
 
-struct scene_entry { char *key, *value; char *place; /* "evrard.yml:12", "--set", "command line" */ };
+struct scene_entry {
+    char *key, *value;
+    char *place;        /* "evrard.yml:12", "--set", "command line" */
+    bool typed;         /* on the command line: relative paths start from the working directory */
+};
 struct scene_block { char *name; char *place; struct scene_entry *entry; int n; };
 struct scene {
     char *path, *folder;            /* as given; folder that relative paths start from */

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * From a scene to a simulation: which modules it uses, their parameters, columns and hooks. */
 #include "sim.h"
+#include "device.h"
 #include "mem.h"
 #include "module.h"
 #include "profile.h"
@@ -207,7 +208,11 @@ void sim_fail(struct sim *sim, const struct species *table, int64_t row, const c
 void sim_write_used(const struct sim *sim, FILE *stream)
 {
     struct param_target targets[3];
-    if (sim->scene->title) fprintf(stream, "title: %s\n", sim->scene->title);
+    if (sim->scene->title) {
+        fputs("title: ", stream);
+        param_write_text(stream, sim->scene->title);
+        fputc('\n', stream);
+    }
     units_write(stream, &sim->units);
     fprintf(stream, "start:\n");
     start_targets(sim->start, targets);
@@ -227,6 +232,7 @@ void sim_free(struct sim *sim)
         if (sim->n_call > 0 && sim->use[u].module->end) sim->use[u].module->end(sim, sim->use[u].state);
         mem_free(sim->use[u].state);
     }
+    device_close(sim->device);
     for (int s = 0; s < N_SPECIES; s++) species_free(&sim->species[s]);
     tree_free(&sim->tree);
     start_free(sim->start);

@@ -28,79 +28,82 @@ struct quantity { double number, factor; const char *unit; int power[N_BASES]; }
 
 /* Dimensions; the first of several with the same powers gives its name to error messages. */
 static const struct named dimension_table[] = {
-    { "pure_number", 1, { 0 } },
-    { "length", 1, { 1 } },
-    { "area", 1, { 2 } },
-    { "volume", 1, { 3 } },
-    { "number_density", 1, { -3 } },
-    { "number_column_density", 1, { -2 } },
-    { "mass", 1, { 0, 1 } },
-    { "density", 1, { -3, 1 } },
-    { "column_density", 1, { -2, 1 } },
-    { "line_density", 1, { -1, 1 } },
-    { "time", 1, { 0, 0, 1 } },
-    { "frequency", 1, { 0, 0, -1 } },
-    { "rate", 1, { 0, 0, -1 } },
-    { "mass_rate", 1, { 0, 1, -1 } },
-    { "velocity", 1, { 1, 0, -1 } },
-    { "acceleration", 1, { 1, 0, -2 } },
-    { "specific_angular_momentum", 1, { 2, 0, -1 } },
-    { "momentum", 1, { 1, 1, -1 } },
-    { "angular_momentum", 1, { 2, 1, -1 } },
-    { "energy", 1, { 2, 1, -2 } },
-    { "specific_energy", 1, { 2, 0, -2 } },
-    { "power", 1, { 2, 1, -3 } },
-    { "specific_power", 1, { 2, 0, -3 } },
-    { "pressure", 1, { -1, 1, -2 } },
-    { "cooling_function", 1, { 5, 1, -3 } },
-    { "temperature", 1, { 0, 0, 0, 1 } },
-    { "angle", 1, { 0, 0, 0, 0, 1 } },
-    { "angular_velocity", 1, { 0, 0, -1, 0, 1 } },
+    {"pure_number", 1, {0}},
+    {"length", 1, {1}},
+    {"area", 1, {2}},
+    {"volume", 1, {3}},
+    {"number_density", 1, {-3}},
+    {"number_column_density", 1, {-2}},
+    {"mass", 1, {0, 1}},
+    {"density", 1, {-3, 1}},
+    {"column_density", 1, {-2, 1}},
+    {"line_density", 1, {-1, 1}},
+    {"time", 1, {0, 0, 1}},
+    {"frequency", 1, {0, 0, -1}},
+    {"rate", 1, {0, 0, -1}},
+    {"mass_rate", 1, {0, 1, -1}},
+    {"velocity", 1, {1, 0, -1}},
+    {"acceleration", 1, {1, 0, -2}},
+    {"specific_angular_momentum", 1, {2, 0, -1}},
+    {"momentum", 1, {1, 1, -1}},
+    {"angular_momentum", 1, {2, 1, -1}},
+    {"energy", 1, {2, 1, -2}},
+    {"specific_energy", 1, {2, 0, -2}},
+    {"power", 1, {2, 1, -3}},
+    {"specific_power", 1, {2, 0, -3}},
+    {"pressure", 1, {-1, 1, -2}},
+    {"cooling_function", 1, {5, 1, -3}},
+    {"temperature", 1, {0, 0, 0, 1}},
+    {"angle", 1, {0, 0, 0, 0, 1}},
+    {"angular_velocity", 1, {0, 0, -1, 0, 1}},
 };
 
 static const struct named unit_table[] = {
-    { "%",      0.01,                    { 0 } },
-    { "cm",     1,                       { 1 } },
-    { "m",      1e2,                     { 1 } },
-    { "km",     1e5,                     { 1 } },
-    { "au",     CONST_AU,                { 1 } },
-    { "AU",     CONST_AU,                { 1 } },
-    { "ly",     LIGHT_SPEED * CONST_YEAR, { 1 } },
-    { "pc",     CONST_PC,                { 1 } },
-    { "kpc",    1e3 * CONST_PC,          { 1 } },
-    { "Mpc",    1e6 * CONST_PC,          { 1 } },
-    { "Rsun",   R_SUN,                   { 1 } },
-    { "g",      1,                       { 0, 1 } },
-    { "kg",     1e3,                     { 0, 1 } },
-    { "Msun",   CONST_M_SUN,             { 0, 1 } },
-    { "M_sun",  CONST_M_SUN,             { 0, 1 } },
-    { "s",      1,                       { 0, 0, 1 } },
-    { "min",    60,                      { 0, 0, 1 } },
-    { "h",      3600,                    { 0, 0, 1 } },
-    { "d",      86400,                   { 0, 0, 1 } },
-    { "day",    86400,                   { 0, 0, 1 } },
-    { "yr",     CONST_YEAR,              { 0, 0, 1 } },
-    { "kyr",    1e3 * CONST_YEAR,        { 0, 0, 1 } },
-    { "Myr",    1e6 * CONST_YEAR,        { 0, 0, 1 } },
-    { "Gyr",    1e9 * CONST_YEAR,        { 0, 0, 1 } },
-    { "Hz",     1,                       { 0, 0, -1 } },
-    { "K",      1,                       { 0, 0, 0, 1 } },
-    { "erg",    1,                       { 2, 1, -2 } },
-    { "J",      1e7,                     { 2, 1, -2 } },
-    { "eV",     ERG_PER_EV,              { 2, 1, -2 } },
-    { "keV",    1e3 * ERG_PER_EV,        { 2, 1, -2 } },
-    { "W",      1e7,                     { 2, 1, -3 } },
-    { "Lsun",   L_SUN,                   { 2, 1, -3 } },
-    { "dyn",    1,                       { 1, 1, -2 } },
-    { "N",      1e5,                     { 1, 1, -2 } },
-    { "Pa",     10,                      { -1, 1, -2 } },
-    { "rad",    1,                       { 0, 0, 0, 0, 1 } },
-    { "deg",    DEGREE,                  { 0, 0, 0, 0, 1 } },
-    { "arcmin", DEGREE / 60,             { 0, 0, 0, 0, 1 } },
-    { "arcsec", DEGREE / 3600,           { 0, 0, 0, 0, 1 } },
+    {"%",      0.01,                    {0}},
+    {"cm",     1,                       {1}},
+    {"m",      1e2,                     {1}},
+    {"km",     1e5,                     {1}},
+    {"au",     CONST_AU,                {1}},
+    {"AU",     CONST_AU,                {1}},
+    {"ly",     LIGHT_SPEED * CONST_YEAR, {1}},
+    {"pc",     CONST_PC,                {1}},
+    {"kpc",    1e3 * CONST_PC,          {1}},
+    {"Mpc",    1e6 * CONST_PC,          {1}},
+    {"Rsun",   R_SUN,                   {1}},
+    {"g",      1,                       {0, 1}},
+    {"kg",     1e3,                     {0, 1}},
+    {"Msun",   CONST_M_SUN,             {0, 1}},
+    {"M_sun",  CONST_M_SUN,             {0, 1}},
+    {"s",      1,                       {0, 0, 1}},
+    {"min",    60,                      {0, 0, 1}},
+    {"h",      3600,                    {0, 0, 1}},
+    {"d",      86400,                   {0, 0, 1}},
+    {"day",    86400,                   {0, 0, 1}},
+    {"yr",     CONST_YEAR,              {0, 0, 1}},
+    {"kyr",    1e3 * CONST_YEAR,        {0, 0, 1}},
+    {"Myr",    1e6 * CONST_YEAR,        {0, 0, 1}},
+    {"Gyr",    1e9 * CONST_YEAR,        {0, 0, 1}},
+    {"Hz",     1,                       {0, 0, -1}},
+    {"K",      1,                       {0, 0, 0, 1}},
+    {"erg",    1,                       {2, 1, -2}},
+    {"J",      1e7,                     {2, 1, -2}},
+    {"eV",     ERG_PER_EV,              {2, 1, -2}},
+    {"keV",    1e3 * ERG_PER_EV,        {2, 1, -2}},
+    {"W",      1e7,                     {2, 1, -3}},
+    {"Lsun",   L_SUN,                   {2, 1, -3}},
+    {"dyn",    1,                       {1, 1, -2}},
+    {"N",      1e5,                     {1, 1, -2}},
+    {"Pa",     10,                      {-1, 1, -2}},
+    {"rad",    1,                       {0, 0, 0, 0, 1}},
+    {"deg",    DEGREE,                  {0, 0, 0, 0, 1}},
+    {"arcmin", DEGREE / 60,             {0, 0, 0, 0, 1}},
+    {"arcsec", DEGREE / 3600,           {0, 0, 0, 0, 1}},
 };
 
-enum { N_DIMENSIONS = sizeof dimension_table / sizeof *dimension_table, N_UNITS = sizeof unit_table / sizeof *unit_table };
+enum {
+    N_DIMENSIONS = sizeof dimension_table / sizeof *dimension_table,
+    N_UNITS = sizeof unit_table / sizeof *unit_table
+};
 
 static const struct named *find_dimension(const char *name)
 {
@@ -182,7 +185,7 @@ static char *parse_product(const char **at, struct quantity *result, int depth);
 /* One of: 1, (product), name; each with an exponent. `sign` is -1 behind a slash. */
 static char *parse_factor(const char **at, struct quantity *result, int sign, int depth)
 {
-    struct quantity part = { .factor = 1.0 };
+    struct quantity part = {.factor = 1.0};
     const char *start = *at = skip_spaces(*at);
     size_t length = 0;
     while (isalpha((unsigned char)start[length]) || (start[length] && strchr("_%", start[length]))) length++;
@@ -229,7 +232,7 @@ static char *parse_product(const char **at, struct quantity *result, int depth)
 /* A number, a unit, or both; powers and factor of the unit. NULL or why not. */
 static char *parse_quantity(const char *text, bool number_needed, struct quantity *result)
 {
-    *result = (struct quantity){ .number = 1.0, .factor = 1.0 };
+    *result = (struct quantity){.number = 1.0, .factor = 1.0};
     const char *at = skip_spaces(text), *digit = at + (*at == '-' || *at == '+');
     bool number = isdigit((unsigned char)*digit) || (*digit == '.' && isdigit((unsigned char)digit[1]));
     if (!*at) return message("has no value");
@@ -266,7 +269,7 @@ char *units_parse(const struct units *units, const char *text, const char *dimen
 char *units_parse_wall(const char *text, double *seconds)
 {
     static const struct { const char *name; double factor; } table[] = {
-        { "", 1 }, { "s", 1 }, { "m", 60 }, { "min", 60 }, { "h", 3600 }, { "d", 86400 },
+        {"", 1}, {"s", 1}, {"m", 60}, {"min", 60}, {"h", 3600}, {"d", 86400},
     };
     char *end = NULL;
     *seconds = isdigit((unsigned char)*text) || *text == '.' ? strtod(text, &end) : 0.0;
@@ -288,16 +291,16 @@ double units_cgs(const struct units *units, const char *dimension)
 struct block { char *length, *mass, *velocity; double G; };
 
 const struct param units_params[] = {
-    { "length", PARAM_TEXT, "", "none", 0, 0, NULL, "unit of length, such as kpc; with mass and velocity",
-      false, offsetof(struct block, length) },
-    { "mass", PARAM_TEXT, "", "none", 0, 0, NULL, "unit of mass, such as 1e10 Msun",
-      false, offsetof(struct block, mass) },
-    { "velocity", PARAM_TEXT, "", "none", 0, 0, NULL, "unit of velocity, such as km/s",
-      false, offsetof(struct block, velocity) },
-    { "G", PARAM_REAL, "", "none", 0, 1e30, NULL,
+    {"length", PARAM_TEXT, "", "none", 0, 0, NULL, "unit of length, such as kpc; with mass and velocity",
+     false, offsetof(struct block, length)},
+    {"mass", PARAM_TEXT, "", "none", 0, 0, NULL, "unit of mass, such as 1e10 Msun",
+     false, offsetof(struct block, mass)},
+    {"velocity", PARAM_TEXT, "", "none", 0, 0, NULL, "unit of velocity, such as km/s",
+     false, offsetof(struct block, velocity)},
+    {"G", PARAM_REAL, "", "none", 0, 1e30, NULL,
       "constant of gravity in code units; alone it makes a scene dimensionless",
-      false, offsetof(struct block, G) },
-    { 0 }
+     false, offsetof(struct block, G)},
+    {0}
 };
 
 /* One of the three units of a scene, as the block writes it. */
@@ -318,7 +321,8 @@ static void read_unit(const struct scene *scene, const struct unit_key *key, str
     if (!why && !(found.number > 0.0)) why = message("must be positive");
     *key->value = found.number * found.factor;
     if (why)
-        problems_add(problems, "%s: units.%s = %s: %s", scene_place(scene, "units", key->name), key->name, key->text, why);
+        problems_add(problems, "%s: units.%s = %s: %s", scene_place(scene, "units", key->name), key->name, key->text,
+                     why);
     mem_free(why);
 }
 
@@ -330,17 +334,17 @@ static double natural_G(const struct units *units)
 
 void units_read(struct units *units, const struct scene *scene, struct problems *problems)
 {
-    *units = (struct units){ false, 1.0, 1.0, 1.0, 1.0 };
+    *units = (struct units){false, 1.0, 1.0, 1.0, 1.0};
     if (!scene_find(scene, "units")) {
         problems_add(problems, "%s: has no block \"units\": add units: {G: 1}, or "
                      "units: {length: kpc, mass: 1e10 Msun, velocity: km/s}", scene_place(scene, "units", NULL));
         return;
     }
-    struct block block = { 0 };
-    param_read(scene, "units", (const struct param_target[]){ { units_params, &block }, { 0 } }, units, problems);
+    struct block block = {0};
+    param_read(scene, "units", (const struct param_target[]){{units_params, &block}, {0}}, units, problems);
     const struct unit_key key[] = {
-        { "length", "kpc", block.length, &units->length }, { "mass", "1e10 Msun", block.mass, &units->mass },
-        { "velocity", "km/s", block.velocity, &units->velocity },
+        {"length", "kpc", block.length, &units->length}, {"mass", "1e10 Msun", block.mass, &units->mass},
+        {"velocity", "km/s", block.velocity, &units->velocity},
     };
     units->physical = block.length || block.mass || block.velocity;
     for (int i = 0; i < 3 && units->physical; i++) read_unit(scene, &key[i], problems);

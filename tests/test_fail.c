@@ -43,11 +43,11 @@ static int run_child(void (*action)(void), char *text, size_t room)
 
 static void do_fail(void) { (fail)(STATUS_ENVIRONMENT, "disk of %d MB full", 7); }
 static void do_check(void) { check(1 + 1 == 3); }
-static void do_nothing(void) { check(1 + 1 == 2); problems_report(&(struct problems){ 0, NULL }); }
+static void do_nothing(void) { check(1 + 1 == 2); problems_report(&(struct problems){0, NULL}); }
 static void do_memory(void) { mem_alloc("tree", (size_t)1 << 60); }
 static void do_problems(void)
 {
-    struct problems problems = { 0, NULL };
+    struct problems problems = {0, NULL};
     problems_add(&problems, "a.yml:%d: first", 3);
     problems_add(&problems, "a.yml:%d: second", 4);
     problems_report(&problems);
@@ -79,7 +79,7 @@ static void test_status(void **state)
 static void test_nearest(void **state)
 {
     (void)state;
-    const char *const names[] = { "neighbours", "softening", "softening_kernel", "accuracy", "G", "end" };
+    const char *const names[] = {"neighbours", "softening", "softening_kernel", "accuracy", "G", "end"};
     const int count = sizeof names / sizeof *names;
     const char *const near[][2] = {
         { "neigbours", "neighbours" }, { "Neighbours", "neighbours" }, { "neighbors", "neighbours" },

@@ -229,7 +229,8 @@ static void test_uniform(void **state)
     discard(sim);
     sim = make(&uniform_generator, "species: gas", 1000);
     check_rows(sim, GAS, 1000, 1.0);
-    for (int i = 0; i < 1000; i++) assert_true(norm(sim->species[GAS].vel[i]) == 0.0 && sim->species[GAS].u[i] == 0.05f);
+    const struct species *gas = &sim->species[GAS];
+    for (int i = 0; i < 1000; i++) assert_true(norm(gas->vel[i]) == 0.0 && gas->u[i] == 0.05f);
     discard(sim);
 }
 

@@ -13,6 +13,7 @@
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 #include <cmocka.h>
 
 struct values {
@@ -24,24 +25,28 @@ struct values {
 };
 
 static const struct param table[] = {
-    { "softening", PARAM_REAL, "length", NULL, 0, 1e30, NULL, "Softening length.", true, offsetof(struct values, softening) },
-    { "accuracy", PARAM_REAL, "", "1e-3", 1e-7, 0.3, NULL, "Error of 99 % of the rows.", false, offsetof(struct values, accuracy) },
-    { "temperature", PARAM_REAL, "temperature", "1e4 K", 0, 1e12, NULL, "Floor.", false, offsetof(struct values, temperature) },
-    { "limit", PARAM_REAL, "energy", "none", 0, 0, NULL, "Limit.", false, offsetof(struct values, limit) },
-    { "n", PARAM_COUNT, "", "1000", 1, 2e9, NULL, "Rows.", false, offsetof(struct values, n) },
-    { 0 }
+    {"softening", PARAM_REAL, "length", NULL, 0, 1e30, NULL, "Softening length.", true,
+     offsetof(struct values, softening)},
+    {"accuracy", PARAM_REAL, "", "1e-3", 1e-7, 0.3, NULL, "Error of 99 % of the rows.", false,
+     offsetof(struct values, accuracy)},
+    {"temperature", PARAM_REAL, "temperature", "1e4 K", 0, 1e12, NULL, "Floor.", false,
+     offsetof(struct values, temperature)},
+    {"limit", PARAM_REAL, "energy", "none", 0, 0, NULL, "Limit.", false, offsetof(struct values, limit)},
+    {"n", PARAM_COUNT, "", "1000", 1, 2e9, NULL, "Rows.", false, offsetof(struct values, n)},
+    {0}
 };
 static const struct param second_table[] = {
-    { "seed", PARAM_COUNT, "", "none", 0, 0, NULL, "Seed.", false, offsetof(struct values, seed) },
-    { "flag", PARAM_FLAG, "", "off", 0, 0, NULL, "A switch.", false, offsetof(struct values, flag) },
-    { "solver", PARAM_CHOICE, "", "auto", 0, 0, "auto|direct|tree", "-k\\n. Way.", false, offsetof(struct values, solver) },
-    { "name", PARAM_TEXT, "", "", 0, 0, NULL, "Name.", false, offsetof(struct values, name) },
-    { "file", PARAM_PATH, "", "none", 0, 0, NULL, ".Path.", false, offsetof(struct values, file) },
-    { 0 }
+    {"seed", PARAM_COUNT, "", "none", 0, 0, NULL, "Seed.", false, offsetof(struct values, seed)},
+    {"flag", PARAM_FLAG, "", "off", 0, 0, NULL, "A switch.", false, offsetof(struct values, flag)},
+    {"solver", PARAM_CHOICE, "", "auto", 0, 0, "auto|direct|tree", "-k\\n. Way.", false,
+     offsetof(struct values, solver)},
+    {"name", PARAM_TEXT, "", "", 0, 0, NULL, "Name.", false, offsetof(struct values, name)},
+    {"file", PARAM_PATH, "", "none", 0, 0, NULL, ".Path.", false, offsetof(struct values, file)},
+    {0}
 };
 
-static const struct units plain = { false, 1, 1, 1, 1 };
-static const struct units physical = { true, 3.0856775814913673e21, 1.98841e43, 1e5, 43009.17 };
+static const struct units plain = {false, 1, 1, 1, 1};
+static const struct units physical = {true, 3.0856775814913673e21, 1.98841e43, 1e5, 43009.17};
 
 static void read_block(const char *block, const struct units *units, struct values *values, struct problems *problems)
 {
@@ -49,21 +54,21 @@ static void read_block(const char *block, const struct units *units, struct valu
     char *assignment = mem_format("test", "gravity={%s}", block);
     if (block) scene_set(scene, assignment, problems);
     mem_free(assignment);
-    *values = (struct values){ 0 };
-    const struct param_target targets[] = { { table, values }, { second_table, values }, { NULL, NULL } };
+    *values = (struct values){0};
+    const struct param_target targets[] = {{table, values}, {second_table, values}, {NULL, NULL}};
     param_read(scene, "gravity", targets, units, problems);
     scene_free(scene);
 }
 
 static void free_values(struct values *values)
 {
-    param_free((const struct param_target[]){ { table, values }, { second_table, values }, { NULL, NULL } });
+    param_free((const struct param_target[]){{table, values}, {second_table, values}, {NULL, NULL}});
 }
 
 static void test_good(void **state)
 {
     (void)state;
-    struct problems none = { 0, NULL };
+    struct problems none = {0, NULL};
     struct values v;
     size_t before = mem_now();
     read_block("softening: 0.1", &plain, &v, &none);
@@ -76,7 +81,10 @@ static void test_good(void **state)
     assert_true(v.softening == 3.0 && v.temperature == 20.0 && fabs(v.limit * 1.98841e53 / 1e51 - 1.0) < 1e-12);
     assert_true(v.n == 100000 && v.seed == INT64_MAX && v.flag && v.solver == 2);
     assert_string_equal(v.name, "a \"b\"");
-    assert_string_equal(v.file, "/somewhere/x/y.hdf5");
+    char *here = getcwd(NULL, 0), *path = mem_format("test", "%s/x/y.hdf5", here);
+    assert_string_equal(v.file, path);      /* typed on the command line, not in a file */
+    mem_free(path);
+    free(here);
     free_values(&v);
     read_block("softening: 0, limit: none, file: /x.hdf5, seed: none", &plain, &v, &none);
     assert_true(v.softening == 0.0 && isnan(v.limit) && v.seed == -1);
@@ -90,33 +98,33 @@ static void test_messages(void **state)
 {
     (void)state;
     static const struct { const char *block; bool physical; const char *says; } cases[] = {
-        { "softening: -0.1", false, "command line: gravity.softening = -0.1: must lie in 0 ... 1e30" },
-        { "softening: 3 Msun", true, "command line: gravity.softening = 3 Msun: expects a length, not a mass (Msun)" },
-        { "softening: 3 kpc", false, "gravity.softening = 3 kpc: has a unit (kpc), but the scene is dimensionless" },
-        { "softening: -3 pc", true, "gravity.softening = -3 pc: must lie in 0 ... 1e30 in code units" },
-        { "softening: abc", false, "gravity.softening = abc: is not a number" },
-        { "softening: 0.7abc", false, "gravity.softening = 0.7abc: unknown unit \"abc\"" },
-        { "softening: nan", false, "gravity.softening = nan: is not a number" },
-        { "softening: 1e31", false, "must lie in" },
-        { "softening: none", false, "gravity.softening = none: is not a number" },
-        { "softening: ", false, "gravity.softening: has no value" },
-        { "softening: 1, acuracy: 2", false, "command line: gravity.acuracy: unknown key (did you mean \"accuracy\"?)" },
-        { "softening: 1, zzzzzz: 2", false, "command line: gravity.zzzzzz: unknown key\n" },
-        { "softening: 1, accuracy: 0.31", false, "gravity.accuracy = 0.31: must lie in 1e-7 ... 0.3" },
-        { "softening: 1, n: 1.5", false, "gravity.n = 1.5: expects a whole number" },
-        { "softening: 1, n: 12abc", false, "gravity.n = 12abc: expects a whole number" },
-        { "softening: 1, n: 3 kpc", true, "gravity.n = 3 kpc: expects a whole number" },
-        { "softening: 1, n: 0", false, "gravity.n = 0: must lie in 1 ... 2e9" },
-        { "softening: 1, n: none", false, "gravity.n = none: expects a whole number" },
-        { "softening: 1, seed: 9223372036854775808", false, "too large" },
-        { "softening: 1, seed: 1e19", false, "too large" },
-        { "softening: 1, flag: maybe", false, "gravity.flag = maybe: expects on or off" },
-        { "softening: 1, solver: tre", false, "must be one of auto|direct|tree (did you mean \"tree\"?)" },
-        { "softening: 1, solver: ewald", false, "must be one of auto|direct|tree\n" },
-        { "accuracy: 1e-2", false, "command line: gravity.softening: must be given (Softening length.)" },
+        {"softening: -0.1", false, "command line: gravity.softening = -0.1: must lie in 0 ... 1e30"},
+        {"softening: 3 Msun", true, "command line: gravity.softening = 3 Msun: expects a length, not a mass (Msun)"},
+        {"softening: 3 kpc", false, "gravity.softening = 3 kpc: has a unit (kpc), but the scene is dimensionless"},
+        {"softening: -3 pc", true, "gravity.softening = -3 pc: must lie in 0 ... 1e30 in code units"},
+        {"softening: abc", false, "gravity.softening = abc: is not a number"},
+        {"softening: 0.7abc", false, "gravity.softening = 0.7abc: unknown unit \"abc\""},
+        {"softening: nan", false, "gravity.softening = nan: is not a number"},
+        {"softening: 1e31", false, "must lie in"},
+        {"softening: none", false, "gravity.softening = none: is not a number"},
+        {"softening: ", false, "gravity.softening: has no value"},
+        {"softening: 1, acuracy: 2", false, "command line: gravity.acuracy: unknown key (did you mean \"accuracy\"?)"},
+        {"softening: 1, zzzzzz: 2", false, "command line: gravity.zzzzzz: unknown key\n"},
+        {"softening: 1, accuracy: 0.31", false, "gravity.accuracy = 0.31: must lie in 1e-7 ... 0.3"},
+        {"softening: 1, n: 1.5", false, "gravity.n = 1.5: expects a whole number"},
+        {"softening: 1, n: 12abc", false, "gravity.n = 12abc: expects a whole number"},
+        {"softening: 1, n: 3 kpc", true, "gravity.n = 3 kpc: expects a whole number"},
+        {"softening: 1, n: 0", false, "gravity.n = 0: must lie in 1 ... 2e9"},
+        {"softening: 1, n: none", false, "gravity.n = none: expects a whole number"},
+        {"softening: 1, seed: 9223372036854775808", false, "too large"},
+        {"softening: 1, seed: 1e19", false, "too large"},
+        {"softening: 1, flag: maybe", false, "gravity.flag = maybe: expects on or off"},
+        {"softening: 1, solver: tre", false, "must be one of auto|direct|tree (did you mean \"tree\"?)"},
+        {"softening: 1, solver: ewald", false, "must be one of auto|direct|tree\n"},
+        {"accuracy: 1e-2", false, "command line: gravity.softening: must be given (Softening length.)"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        struct problems problems = { 0, NULL };
+        struct problems problems = {0, NULL};
         struct values v;
         read_block(cases[i].block, cases[i].physical ? &physical : &plain, &v, &problems);
         if (problems.count != 1 || !strstr(problems.text, cases[i].says))
@@ -130,28 +138,57 @@ static void test_messages(void **state)
 static void test_together(void **state)
 {
     (void)state;
-    struct problems problems = { 0, NULL };
-    struct values v = { 0 };
-    FILE *file = fopen("/tmp/tephra-test-param.yml", "w");
+    struct problems problems = {0, NULL};
+    struct values v = {0};
+    char path[] = "/tmp/tephra-test-XXXXXX";
+    FILE *file = fdopen(mkstemp(path), "w");
     fputs("units: {G: 1}\ngravity:\n  softening: -0.1\n  # why not\n  solvr: tree\n  n: many\n", file);
     fclose(file);
-    struct scene *scene = scene_read("/tmp/tephra-test-param.yml", &problems);
-    const struct param_target targets[] = { { table, &v }, { second_table, &v }, { NULL, NULL } };
+    struct scene *scene = scene_read(path, &problems);
+    const struct param_target targets[] = {{table, &v}, {second_table, &v}, {NULL, NULL}};
     param_read(scene, "gravity", targets, &plain, &problems);
     param_free(targets);
+    char *wanted = mem_format("test", "%s:3: gravity.softening = -0.1: must lie in 0 ... 1e30\n"
+                              "%s:6: gravity.n = many: expects a whole number\n"
+                              "%s:5: gravity.solvr: unknown key (did you mean \"solver\"?)\n", path, path, path);
     assert_int_equal(problems.count, 3);
-    assert_string_equal(problems.text,
-        "/tmp/tephra-test-param.yml:3: gravity.softening = -0.1: must lie in 0 ... 1e30\n"
-        "/tmp/tephra-test-param.yml:6: gravity.n = many: expects a whole number\n"
-        "/tmp/tephra-test-param.yml:5: gravity.solvr: unknown key (did you mean \"solver\"?)\n");
+    assert_string_equal(problems.text, wanted);
     mem_free(problems.text);
-    problems = (struct problems){ 0, NULL };
+    mem_free(wanted);
+    problems = (struct problems){0, NULL};
     param_read(scene, "absent", targets, &plain, &problems);
     param_free(targets);
-    assert_string_equal(problems.text, "/tmp/tephra-test-param.yml: absent.softening: must be given (Softening length.)\n");
+    wanted = mem_format("test", "%s: absent.softening: must be given (Softening length.)\n", path);
+    assert_string_equal(problems.text, wanted);
     mem_free(problems.text);
+    mem_free(wanted);
     scene_free(scene);
-    remove("/tmp/tephra-test-param.yml");
+    remove(path);
+}
+
+/* A path that stands in a scene file starts from that file's folder. */
+static void test_path(void **state)
+{
+    (void)state;
+    struct problems none = {0, NULL};
+    struct values v = {0};
+    char folder[] = "/tmp/tephra-test-XXXXXX";
+    assert_non_null(mkdtemp(folder));
+    char *path = mem_format("test", "%s/scene.yml", folder), *wanted = mem_format("test", "%s/sub/x.hdf5", folder);
+    FILE *file = fopen(path, "w");
+    fputs("gravity: {file: sub/x.hdf5}\n", file);
+    fclose(file);
+    struct scene *scene = scene_read(path, &none);
+    const struct param_target targets[] = {{second_table, &v}, {NULL, NULL}};
+    param_read(scene, "gravity", targets, &plain, &none);
+    assert_int_equal(none.count, 0);
+    assert_string_equal(v.file, wanted);
+    param_free(targets);
+    scene_free(scene);
+    remove(path);
+    remove(folder);
+    mem_free(path);
+    mem_free(wanted);
 }
 
 /* A default that a dimensionless scene cannot have must be given. */
@@ -159,35 +196,36 @@ static void test_default_with_unit(void **state)
 {
     (void)state;
     static const struct param cloud[] = {
-        { "radius", PARAM_REAL, "length", "50 pc", 0, 0, NULL, "Radius.", false, offsetof(struct values, softening) }, { 0 }
+        {"radius", PARAM_REAL, "length", "50 pc", 0, 0, NULL, "Radius.", false, offsetof(struct values, softening)}, {0}
     };
-    struct problems problems = { 0, NULL };
-    struct values v = { 0 };
+    struct problems problems = {0, NULL};
+    struct values v = {0};
     struct scene *scene = scene_new("/");
     scene_set(scene, "clouds={}", &problems);
-    const struct param_target targets[] = { { cloud, &v }, { NULL, NULL } };
+    const struct param_target targets[] = {{cloud, &v}, {NULL, NULL}};
     param_read(scene, "clouds", targets, &physical, &problems);
     assert_true(problems.count == 0 && v.softening == 0.05);
     param_read(scene, "clouds", targets, &plain, &problems);
     assert_int_equal(problems.count, 1);
-    assert_non_null(strstr(problems.text, "command line: clouds.radius: must be given; its default, 50 pc, does not fit: has a unit"));
+    assert_non_null(strstr(problems.text, "clouds.radius: must be given; its default, 50 pc, does not fit: has a"));
     mem_free(problems.text);
     scene_free(scene);
 }
 
 static void round_trip(const struct values *first)
 {
-    struct problems none = { 0, NULL };
-    struct values copy = *first, second = { 0 };
-    const struct param_target out[] = { { table, &copy }, { second_table, &copy }, { NULL, NULL } };
-    const struct param_target in[] = { { table, &second }, { second_table, &second }, { NULL, NULL } };
-    FILE *file = fopen("/tmp/tephra-test-used.yml", "w");
+    struct problems none = {0, NULL};
+    struct values copy = *first, second = {0};
+    const struct param_target out[] = {{table, &copy}, {second_table, &copy}, {NULL, NULL}};
+    const struct param_target in[] = {{table, &second}, {second_table, &second}, {NULL, NULL}};
+    char path[] = "/tmp/tephra-test-XXXXXX";
+    FILE *file = fdopen(mkstemp(path), "w");
     fputs("gravity:\n", file);
     param_write(file, out);
     fclose(file);
-    struct scene *scene = scene_read("/tmp/tephra-test-used.yml", &none);
+    struct scene *scene = scene_read(path, &none);
     param_read(scene, "gravity", in, &physical, &none);
-    remove("/tmp/tephra-test-used.yml");
+    remove(path);
     scene_free(scene);
     if (none.count) fail_msg("%s", none.text);
     assert_true(memcmp(&first->softening, &second.softening, sizeof first->softening) == 0);
@@ -205,8 +243,8 @@ static void test_round_trip(void **state)
 {
     (void)state;
     const struct values table_of_values[] = {
-        { 0.1, 1e-3, 1e4, NAN, 30000, -1, false, 0, (char[]){ "" }, NULL },
-        { 1.0 / 3, nextafter(0.1, 1), 123456.789012345678, -DBL_MAX, 1, INT64_MAX, true, 2,
+        {0.1, 1e-3, 1e4, NAN, 30000, -1, false, 0, (char[]){""}, NULL},
+        {1.0 / 3, nextafter(0.1, 1), 123456.789012345678, -DBL_MAX, 1, INT64_MAX, true, 2,
           (char[]){ "quotes \" ' and \\ and : # {x}\n\ttab \xce\xb1" }, (char[]){ "/a b/\"c\".hdf5" } },
         { 5e-324, 0.3, 0.0, DBL_MIN, 2000000000, INT64_MIN, true, 1, (char[]){ "no" }, (char[]){ "/x" } },
     };
@@ -234,6 +272,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_good), cmocka_unit_test(test_messages), cmocka_unit_test(test_together),
+        cmocka_unit_test(test_path),
         cmocka_unit_test(test_default_with_unit), cmocka_unit_test(test_round_trip), cmocka_unit_test(test_describe),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -15,18 +15,18 @@ static void test_known_answer(void **state)
 {
     (void)state;
     const uint64_t first = 0x09218ebde6c85537;
-    struct random key = { 0, 0, 0, 0 };
+    struct random key = {0, 0, 0, 0};
     assert_true(random_uniform(&key, 0) == ((double)(first >> 12) + 0.5) * 0x1p-52);
 }
 
 static void test_uniform(void **state)
 {
     (void)state;
-    enum { N = 400000, BINS = 16 };
+    enum {N = 400000, BINS = 16};
     double sum = 0.0, square = 0.0;
-    int bin[BINS] = { 0 };
+    int bin[BINS] = {0};
     for (uint64_t i = 0; i < N; i++) {
-        struct random key = { 7, i / 8, 3, random_stream("test") };
+        struct random key = {7, i / 8, 3, random_stream("test")};
         double x = random_uniform(&key, i % 8);
         assert_true(x > 0.0 && x < 1.0);
         sum += x;
@@ -43,10 +43,10 @@ static void test_uniform(void **state)
 static void test_normal_and_direction(void **state)
 {
     (void)state;
-    enum { N = 200000 };
-    double moment[5] = { 0 }, mean[3] = { 0 }, tensor[3] = { 0 };
+    enum {N = 200000};
+    double moment[5] = {0}, mean[3] = {0}, tensor[3] = {0};
     for (uint64_t i = 0; i < N; i++) {
-        struct random key = { 1, i, 0, random_stream("normal") };
+        struct random key = {1, i, 0, random_stream("normal")};
         double x = random_normal(&key, i % 3), e[3];
         for (int k = 1; k < 5; k++) moment[k] += pow(x, k) / N;
         random_direction(&key, 5, e);
@@ -69,7 +69,7 @@ static void test_keys(void **state)
 {
     (void)state;
     const struct random key[] = {
-        { 1, 2, 3, 4 }, { 2, 2, 3, 4 }, { 1, 3, 3, 4 }, { 1, 2, 4, 4 }, { 1, 2, 3, 5 },
+        {1, 2, 3, 4}, {2, 2, 3, 4}, {1, 3, 3, 4}, {1, 2, 4, 4}, {1, 2, 3, 5},
     };
     double x[25];
     for (int i = 0; i < 25; i++) x[i] = random_uniform(&key[i / 5], (uint64_t)(i % 5));

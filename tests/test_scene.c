@@ -25,7 +25,7 @@ static struct outcome read_bytes(const char *bytes, size_t count)
     FILE *file = fopen("scene.yml", "wb");
     assert_int_equal(fwrite(bytes, 1, count, file), count);
     fclose(file);
-    struct outcome outcome = { NULL, { 0, NULL } };
+    struct outcome outcome = {NULL, {0, NULL}};
     outcome.scene = scene_read("scene.yml", &outcome.problems);
     assert_non_null(outcome.scene);
     unlink("scene.yml");
@@ -81,33 +81,33 @@ static void test_malformed(void **state)
 {
     (void)state;
     static const struct { const char *text; int count; const char *says; } table[] = {
-        { "", 1, "scene.yml: is empty" },
-        { "\n\n# only a comment\n", 1, "scene.yml: is empty" },
-        { "gravity", 1, "scene.yml:1: expects blocks" },
-        { "- a\n- b\n", 1, "scene.yml:1: expects blocks" },
-        { "gravity: 3\n", 1, "scene.yml:1: gravity: expects a block such as {key: value}, or off, not 3" },
-        { "a: {b: 1}\ngravity: [1, 2]\n", 1, "scene.yml:2: gravity: expects a block" },
-        { "sph:\n  n: 1\n  n: 2\n", 1, "scene.yml:3: sph.n: given twice, first at scene.yml:2" },
-        { "sph: {n: 1}\n\nsph: {n: 2}\n", 1, "scene.yml:3: sph: given twice, first at scene.yml:1" },
-        { "title: a\ntitle: b\n", 1, "scene.yml:2: title: given twice" },
-        { "title: {a: b}\n", 1, "scene.yml:1: title: expects one number, word or text" },
-        { "sph:\n  a: {b: 1}\n", 1, "scene.yml:2: sph.a: expects one number, word or text, not a block" },
-        { "sph:\n  a: [1, 2]\n", 1, "scene.yml:2: sph.a: expects one number, word or text, not a list" },
-        { "sph:\n  ? [1, 2]\n  : 3\n", 1, "scene.yml:2: sph: expects one number" },
-        { "sph:\n\tn: 1\n", 1, "scene.yml:2: not valid YAML" },
-        { "sph:\n\tn: 1\n", 1, "indent with spaces, not tabs" },
-        { "sph: {n: 1\n", 1, "not valid YAML" },
-        { "sph: {n: 1}}\n", 1, "scene.yml:1: not valid YAML" },
-        { "sph:\n   n: 1\n  m: 2\n", 1, "scene.yml:3: not valid YAML" },
-        { "sph: {n: \"abc}\n", 1, "not valid YAML" },
-        { "sph: *nowhere\n", 1, "not valid YAML" },
-        { "%YAML 7.3\n---\nsph: {}\n", 1, "not valid YAML" },
-        { "sph: {n: 1}\n---\ngravity: {}\n", 1, "scene.yml:3: a second document" },
-        { "sph: {a: \"x\\0y\"}\n", 1, "text with a zero byte" },
-        { "a: 1\nb: 2\nc: {d: 1, d: 2}\n", 3, "scene.yml:3: c.d: given twice" },
-        { "# \xc3\x28\nsph: {}\n", 1, "scene.yml:1: not valid YAML" },
-        { "sph: {}\ntitle: \xff\xfe\n", 1, "scene.yml:2: not valid YAML" },
-        { "sph: {}\ntitle: \x01\n", 1, "scene.yml:2: not valid YAML" },
+        {"", 1, "scene.yml: is empty"},
+        {"\n\n# only a comment\n", 1, "scene.yml: is empty"},
+        {"gravity", 1, "scene.yml:1: expects blocks"},
+        {"- a\n- b\n", 1, "scene.yml:1: expects blocks"},
+        {"gravity: 3\n", 1, "scene.yml:1: gravity: expects a block such as {key: value}, or off, not 3"},
+        {"a: {b: 1}\ngravity: [1, 2]\n", 1, "scene.yml:2: gravity: expects a block"},
+        {"sph:\n  n: 1\n  n: 2\n", 1, "scene.yml:3: sph.n: given twice, first at scene.yml:2"},
+        {"sph: {n: 1}\n\nsph: {n: 2}\n", 1, "scene.yml:3: sph: given twice, first at scene.yml:1"},
+        {"title: a\ntitle: b\n", 1, "scene.yml:2: title: given twice"},
+        {"title: {a: b}\n", 1, "scene.yml:1: title: expects one number, word or text"},
+        {"sph:\n  a: {b: 1}\n", 1, "scene.yml:2: sph.a: expects one number, word or text, not a block"},
+        {"sph:\n  a: [1, 2]\n", 1, "scene.yml:2: sph.a: expects one number, word or text, not a list"},
+        {"sph:\n  ? [1, 2]\n  : 3\n", 1, "scene.yml:2: sph: expects one number"},
+        {"sph:\n\tn: 1\n", 1, "scene.yml:2: not valid YAML"},
+        {"sph:\n\tn: 1\n", 1, "indent with spaces, not tabs"},
+        {"sph: {n: 1\n", 1, "not valid YAML" },
+        {"sph: {n: 1}}\n", 1, "scene.yml:1: not valid YAML" },
+        {"sph:\n   n: 1\n  m: 2\n", 1, "scene.yml:3: not valid YAML"},
+        {"sph: {n: \"abc}\n", 1, "not valid YAML"},
+        {"sph: *nowhere\n", 1, "not valid YAML"},
+        {"%YAML 7.3\n---\nsph: {}\n", 1, "not valid YAML"},
+        {"sph: {n: 1}\n---\ngravity: {}\n", 1, "scene.yml:3: a second document"},
+        {"sph: {a: \"x\\0y\"}\n", 1, "text with a zero byte"},
+        {"a: 1\nb: 2\nc: {d: 1, d: 2}\n", 3, "scene.yml:3: c.d: given twice"},
+        {"# \xc3\x28\nsph: {}\n", 1, "scene.yml:1: not valid YAML"},
+        {"sph: {}\ntitle: \xff\xfe\n", 1, "scene.yml:2: not valid YAML"},
+        {"sph: {}\ntitle: \x01\n", 1, "scene.yml:2: not valid YAML"},
     };
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
         struct outcome o = read_text(table[i].text);
@@ -137,7 +137,7 @@ static void test_odd_but_valid(void **state)
 static void test_large_and_deep(void **state)
 {
     (void)state;
-    enum { BYTES = 3 << 20, DEEP = 20000 };
+    enum {BYTES = 3 << 20, DEEP = 20000};
     char *text = malloc(BYTES);
     memset(text, 'x', BYTES);
     struct outcome o = read_bytes(text, BYTES);
@@ -158,7 +158,7 @@ static void test_large_and_deep(void **state)
     assert_non_null(strstr(o.problems.text, "HDF5 file, not a scene"));
     discard(&o);
     free(text);
-    struct problems problems = { 0, NULL };
+    struct problems problems = {0, NULL};
     scene_free(scene_read("/nowhere/scene.yml", &problems));
     scene_free(scene_read("/tmp", &problems));
     assert_int_equal(problems.count, 2);
@@ -197,21 +197,21 @@ static void test_set_wrong(void **state)
 {
     (void)state;
     static const struct { const char *assignment, *says; } table[] = {
-        { "grvity.softening=0.2", "the scene has no block \"grvity\" (did you mean \"gravity\"?)" },
-        { "sph.neighbours=40", "--set sph={} before it adds one" },
-        { "cooling=off", "cooling=off: the scene has no block" },
-        { "sph", "expects block.key=value, block={} or block=off" },
-        { "", "expects block.key=value" },
-        { "=", "expects block.key=value" },
-        { ".=1", "expects block.key=value" },
-        { "gravity.=1", "expects block.key=value" },
-        { "gravity.softening=", "expects block.key=value" },
-        { "gravity.softening", "expects block.key=value" },
-        { "a.b.c=1", "expects block.key=value" },
-        { "sph=3", "expects a block such as {key: value}, or off, not 3" },
-        { "sph={", "not valid YAML" },
-        { "sph={a: {b: 1}}", "sph.a: expects one number" },
-        { "sph=[1]", "expects a block" },
+        {"grvity.softening=0.2", "the scene has no block \"grvity\" (did you mean \"gravity\"?)"},
+        {"sph.neighbours=40", "--set sph={} before it adds one"},
+        {"cooling=off", "cooling=off: the scene has no block"},
+        {"sph", "expects block.key=value, block={} or block=off"},
+        {"", "expects block.key=value"},
+        {"=", "expects block.key=value"},
+        {".=1", "expects block.key=value"},
+        {"gravity.=1", "expects block.key=value"},
+        {"gravity.softening=", "expects block.key=value"},
+        {"gravity.softening", "expects block.key=value"},
+        {"a.b.c=1", "expects block.key=value"},
+        {"sph=3", "expects a block such as {key: value}, or off, not 3"},
+        {"sph={", "not valid YAML" },
+        {"sph={a: {b: 1}}", "sph.a: expects one number" },
+        {"sph=[1]", "expects a block"},
     };
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
         struct outcome o = read_text("gravity: {softening: 0.1}\n");
@@ -222,7 +222,7 @@ static void test_set_wrong(void **state)
         discard(&o);
     }
     struct scene *scene = scene_new(".");
-    struct problems none = { 0, NULL };
+    struct problems none = {0, NULL};
     scene_set(scene, "gravity={}", &none);
     scene_set(scene, "gravity.softening=1", &none);
     assert_int_equal(none.count, 0);
@@ -241,7 +241,7 @@ static void test_damage(void **state)
     for (uint64_t i = 0; i < 2000; i++) {
         char text[sizeof good];
         memcpy(text, good, sizeof good);
-        struct random key = { 1, i, 0, random_stream("damage") };
+        struct random key = {1, i, 0, random_stream("damage")};
         for (uint64_t hit = 0; hit < 1 + i % 4; hit++) {
             size_t at = (size_t)(random_uniform(&key, 2 * hit) * (sizeof good - 1));
             text[at] = bytes[(size_t)(random_uniform(&key, 2 * hit + 1) * (sizeof bytes - 1))];
