@@ -19,8 +19,9 @@ enum softening_form {
 
 struct pair { real pull, depth; };
 
-#define PAIR_PULL  (REAL_GUESS ? 1.5f : 1.0f)
+#define PAIR_PULL  (REAL_GUESS ? 1.5f : 1.f)
 #define PAIR_DEPTH (REAL_GUESS ? 0.5f : 1.f)
+
 /* r2 includes the softening. Where y = 1/sqrt(r2) is a guess, one Newton step is folded into its
  * powers: y^3 (5 - 3 r2 y^2)/2 and y (3 - r2 y^2)/2. */
 HD struct pair pair_newton(real r2, real mass)
@@ -43,8 +44,9 @@ HD struct pair pair_plummer(real r2, real mass, real soft2)
     return pair_newton(real_max(u2, real_splat(REAL_FLOOR)), real_if_less(zero, u2, mass, zero));
 }
 
-/* Spline of support^2 = support2. With u = r/h the mass fraction over u^3 and the potential are the
- * polynomials of Springel, Yoshida & White (2001), appendix A. */
+/* Spline of support^2 = support2. With u = r/h the mass fraction over u^3 and the potential follow
+ * from the kernel of Monaghan & Lattanzio (1985) as in Springel (2005), eq. 71; beyond u = 1/2 they
+ * are written in s = 1 - u, as one over u less what lies outside, so that nothing cancels. */
 HD struct pair pair_spline(real r2, real mass, real support2)
 {
     real zero = real_splat(0), half = real_splat(0.5f), one = real_splat(1), floor = real_splat(REAL_FLOOR);
@@ -54,15 +56,19 @@ HD struct pair pair_spline(real r2, real mass, real support2)
     d1 *= 1.5f - 0.5f * d2 * d1 * d1;
     h1 *= 1.5f - 0.5f * h2 * h1 * h1;
     real u = r2 * d1 * h1, u2 = u * u;
-    real w = real_max(u, half), w1 = one / w, w2 = w * w;
-    real third = real_splat(1.0 / 3.0), fifth = real_splat(0.2), w3 = w1 * third * fifth;
+    real w = real_max(u, half), w1 = one / w, s = one - w, s2 = s * s;
+    real third = real_splat(1.0 / 3.0), fifth = real_splat(0.2);
     real inner_pull = 32.f * third + u2 * (-192.f * fifth + 32.f * u);
-    real outer_pull = 64.f * third - 48.f * w + w2 * (192.f * fifth - 32.f * third * w) - w3 * w1 * w1;
+    real outer_pull = w1 * w1 * w1 * (one - s2 * s2 * (16.f + s * (-128.f * fifth + 32.f * third * s)));
     real inner_depth = 14.f * fifth - u2 * (16.f * third + u2 * (-48.f * fifth + 32.f * fifth * u));
-    real outer_depth = 16.f * fifth - w3 - w2 * (32.f * third + w * (-16.f + w * (48.f * fifth - 32.f * third * fifth * w)));
+    real outer_depth = w1 * (one - s2 * s2 * s * (16.f * fifth - 32.f * third * fifth * s));
     real near = real_if_less(floor, support2, mass, zero) * h1;
-    real pull = near * h1 * h1 * real_splat(1.0 / PAIR_PULL) * real_if_less(u, half, inner_pull, outer_pull);
-    real depth = near * real_splat(1.0 / PAIR_DEPTH) * real_if_less(u, half, inner_depth, outer_depth);
+    real pull = near * h1 * h1 * real_if_less(u, half, inner_pull, outer_pull);
+    real depth = near * real_if_less(u, half, inner_depth, outer_depth);
+    if (REAL_GUESS) {
+        pull *= 2.f * third;
+        depth *= 1.f / PAIR_DEPTH;
+    }
     p.pull = real_if_less(u, one, pull, p.pull);
     p.depth = real_if_less(u, one, depth, p.depth);
     return p;

@@ -2,6 +2,7 @@
  * Options of the commands: see cmd.h. */
 #include "cmd.h"
 #include "comm.h"
+#include "device.h"
 #include "mem.h"
 #include "module.h"
 #include "start.h"
@@ -98,6 +99,13 @@ void cmd_set_threads(const struct cmd_options *options)
         if (threads < 1) threads = 1;
     }
     if (threads > 0) omp_set_num_threads(threads);
+}
+
+void cmd_open_device(const struct cmd_options *options, struct sim *sim)
+{
+    int choice = options->device ? device_choice(options->device) : DEVICE_AUTO;
+    if (choice < 0) fail(STATUS_INPUT, "--device %s: expects auto, cpu or cuda", options->device);
+    sim->device = device_open((enum device_choice)choice);
 }
 
 struct scene *cmd_scene(const struct cmd_options *options, const char *path)

@@ -23,6 +23,8 @@ void cmd_set_threads(const struct cmd_options *options);
 struct scene *cmd_scene(const struct cmd_options *options, const char *path);
 /* A simulation of that scene with its rows; ends the program on mistakes. */
 struct sim *cmd_sim(struct scene *scene);
+/* The device as asked by --device (auto), for the modules to use from sim_begin on. */
+void cmd_open_device(const struct cmd_options *options, struct sim *sim);
 /* Removes the files of a folder whose names match a shell pattern. */
 void cmd_remove_files(const char *folder, const char *pattern);
 #endif

@@ -61,6 +61,7 @@ static int check_scene(int argc, char **argv)
     if (options.n_arguments != 1) fail(STATUS_INPUT, "usage: tephra %s", usage);
     cmd_set_threads(&options);
     struct sim *sim = cmd_sim(cmd_scene(&options, options.argument[0]));
+    cmd_open_device(&options, sim);
     sim_begin(sim);
     problems_report(&sim->problems);
     for (int u = 0; u < sim->n_use; u++)

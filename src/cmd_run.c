@@ -99,6 +99,7 @@ static int go(struct sim *sim, const struct cmd_options *options)
 static int fresh(const struct cmd_options *options)
 {
     struct sim *sim = cmd_sim(cmd_scene(options, options->argument[0]));
+    cmd_open_device(options, sim);
     sim_begin(sim);
     problems_report(&sim->problems);
     char *folder = options->out ? text_join(options->out, "") : default_folder(options->argument[0]);
@@ -122,6 +123,7 @@ static int again(const struct cmd_options *options)
     problems_report(&sim->problems);
     checkpoint_read(sim, checkpoint);
     problems_report(&sim->problems);
+    cmd_open_device(options, sim);
     sim_begin(sim);
     sim->folder = folder;
     sim->started = sim->rebuild_next = true;

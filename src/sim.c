@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * From a scene to a simulation: which modules it uses, their parameters, columns and hooks. */
 #include "sim.h"
+#include "device.h"
 #include "mem.h"
 #include "module.h"
 #include "profile.h"
@@ -231,6 +232,7 @@ void sim_free(struct sim *sim)
         if (sim->n_call > 0 && sim->use[u].module->end) sim->use[u].module->end(sim, sim->use[u].state);
         mem_free(sim->use[u].state);
     }
+    device_close(sim->device);
     for (int s = 0; s < N_SPECIES; s++) species_free(&sim->species[s]);
     tree_free(&sim->tree);
     start_free(sim->start);

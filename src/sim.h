@@ -12,6 +12,7 @@
 
 struct module;
 struct profile;
+struct device;
 struct start;
 
 struct use { const struct module *module; void *state; };   /* a module of this scene */
@@ -31,6 +32,7 @@ struct sim {
     struct call *call; int n_call;      /* the step, flat */
     struct start *start;                /* where the rows come from (start.h) */
     struct profile *profile;
+    struct device *device;  /* NULL: the CPU */
     struct failure failure;
     uint64_t seed;
     char *folder;           /* the run directory; NULL where nothing is written */

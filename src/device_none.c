@@ -1,0 +1,22 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * A build without CUDA: there never is a device. */
+#include "device.h"
+#include "fail.h"
+#include <stdio.h>
+
+struct device *device_find(int rank, char *why, size_t why_bytes)
+{
+    (void)rank;
+    snprintf(why, why_bytes, "this program was built without CUDA");
+    return NULL;
+}
+
+void device_release(struct device *device) { check(!device); }
+const char *device_name(const struct device *device) { check(!device); return "none"; }
+const char *device_error(struct device *device) { check(!device); return NULL; }
+
+void device_memory(const struct device *device, size_t *free, size_t *total)
+{
+    check(!device);
+    *free = *total = 0;
+}
