@@ -225,7 +225,7 @@ static const struct saved saved[] = {
 };
 
 const struct module gravity_module = {
-    .name = "gravity", .doc = "self-gravity: direct sum, tree or fast multipoles", .params = params,
+    .name = "gravity", .open_space = true, .doc = "self-gravity: direct sum, tree or fast multipoles", .params = params,
     .state_bytes = sizeof(struct gravity), .saved = saved, .declare = declare, .begin = begin, .end = end,
     .hook = {[HOOK_ARRANGE] = arrange, [HOOK_FORCE] = force, [HOOK_LIMIT] = limit},
     .potential = potential, .energy = energy,

@@ -51,6 +51,10 @@ struct gravity {
 static inline bool gravity_is_leaf(const struct gravity *g, const struct node *node)
 { return node->n_children == 0 || node_rows(node, ALL_SPECIES) <= g->opening.leaf_size; }
 
+/* Rows that share their interaction lists: the topmost cells for which this holds. */
+static inline bool gravity_is_group(const struct gravity *g, const struct node *node)
+{ return node->n_children == 0 || node_rows(node, ALL_SPECIES) <= g->opening.group_size; }
+
 /* Multipoles, reach and least accelerations of all cells of a new tree; and after a refit. */
 void gravity_moments_build(struct sim *sim, struct gravity *g);
 void gravity_moments_refit(struct sim *sim, struct gravity *g);

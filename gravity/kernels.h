@@ -32,7 +32,9 @@ struct gravity_cell {
     float scale;                /* a power of two near reach */
     float mass;                 /* times G */
     float power[5];             /* binomial(order, k) |M_k|, k = 2 to 6 */
-    int32_t child, n_children;  /* no children: a leaf */
+    int32_t child;
+    int16_t n_children;         /* 0: a leaf */
+    bool group;                 /* small enough to be a target group, or within one */
 };
 
 /* Cells that act on one target: `list` of n. Lengths are taken in units of `scale` from `centre`. */

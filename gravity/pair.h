@@ -63,8 +63,12 @@ HD struct pair pair_spline(real r2, real mass, real support2)
     real inner_depth = 14.f * fifth - u2 * (16.f * third + u2 * (-48.f * fifth + 32.f * fifth * u));
     real outer_depth = w1 * (one - s2 * s2 * s * (16.f * fifth - 32.f * third * fifth * s));
     real near = real_if_less(floor, support2, mass, zero) * h1;
-    real pull = near * h1 * h1 * real_splat(1.0 / PAIR_PULL) * real_if_less(u, half, inner_pull, outer_pull);
-    real depth = near * real_splat(1.0 / PAIR_DEPTH) * real_if_less(u, half, inner_depth, outer_depth);
+    real pull = near * h1 * h1 * real_if_less(u, half, inner_pull, outer_pull);
+    real depth = near * real_if_less(u, half, inner_depth, outer_depth);
+    if (REAL_GUESS) {
+        pull *= 2.f * third;
+        depth *= 1.f / PAIR_DEPTH;
+    }
     p.pull = real_if_less(u, one, pull, p.pull);
     p.depth = real_if_less(u, one, depth, p.depth);
     return p;

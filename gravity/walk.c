@@ -36,7 +36,7 @@ enum verdict { ACCEPT, ROWS_FROM_CELL, ROWS_FROM_ROWS, OPEN, HAND_DOWN };
 static struct view view_of(const struct walk *w, int32_t n, double parent_unit)
 {
     const struct node *node = &w->sim->tree.node[n];
-    struct view v = {.cell = n, .group = node->n_children == 0 || node_rows(node, ALL_SPECIES) <= w->g->opening.group_size};
+    struct view v = {.cell = n, .group = gravity_is_group(w->g, node)};
     double r2 = 0;
     for (int k = 0; k < 3; k++) {
         v.centre[k] = node->pos[k] + 0.5 * ((double)node->high[k] + (double)node->low[k]);
@@ -46,7 +46,7 @@ static struct view view_of(const struct walk *w, int32_t n, double parent_unit)
     v.radius = sqrt(r2);
     /* A power of two near the radius, but not so small that a neighbour would lie out of range. */
     int exponent;
-    frexp(fmax(v.radius, parent_unit / 64), &exponent);
+    frexp(fmax(v.radius, parent_unit / 1024), &exponent);
     v.unit = r2 > 0 || parent_unit > 0 ? ldexp(1, exponent) : 1;
     v.tolerance = w->g->known ? (float)(w->alpha * (double)w->g->least[n]) : INFINITY;
     return v;
@@ -121,11 +121,22 @@ static enum verdict judge_tree(const struct walk *w, const struct view *v, const
     return s->n_children > 0 && hopeless ? OPEN : HAND_DOWN;
 }
 
+/* A group must meet itself whole in its list. */
+static bool is_inside(const struct walk *w, int32_t s, int32_t target)
+{
+    const struct node *a = &w->sim->tree.node[s], *b = &w->sim->tree.node[target];
+    for (int k = 0; k < N_SPECIES; k++)
+        if (a->count[k] > 0 && (a->first[k] < b->first[k] || a->first[k] + a->count[k] > b->first[k] + b->count[k])) return false;
+    return true;
+}
+
 static void judge(struct walk *w, const struct view *v, int32_t s)
 {
     const struct gravity_cell *cell = &w->g->cell[s];
     bool fmm = w->g->opening.solver == SOLVER_FMM;
-    switch (fmm ? judge_fmm(w, v, cell, s == v->cell) : judge_tree(w, v, cell, s == v->cell)) {
+    enum verdict verdict = fmm ? judge_fmm(w, v, cell, s == v->cell) : judge_tree(w, v, cell, s == v->cell);
+    if (verdict == OPEN && cell->group && is_inside(w, s, v->cell)) verdict = HAND_DOWN;
+    switch (verdict) {
     case ACCEPT: list_add(&w->local, s); break;
     case ROWS_FROM_CELL: list_add(&w->far, s); break;
     case ROWS_FROM_ROWS: list_add(&w->near, s); break;

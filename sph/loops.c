@@ -72,7 +72,7 @@ static void density_batch(struct visit *v)
     float reach = sph_largest_h(v->sim, v->rows);
     for (int64_t skip = 0; skip == 0 || v->work->more; skip += SPH_TILE) {
         sph_gather(v->work, v->sim, reach, true, skip);
-        if (skip == 0 && !v->work->more) keep_list(v->sph, v->work, v->batch);
+        if (skip == 0 && !v->work->more && sph_nearest(v->work, v->sim)) keep_list(v->sph, v->work, v->batch);
         density_chunk(v, sums);
     }
     finish_density(v, sums);

@@ -26,6 +26,7 @@ struct sph_work {
     struct sph_tile tile;
     int32_t row[SPH_TILE];          /* of the tile's entries */
     double centre[3], vel[3];       /* of the tile */
+    double origin[3];               /* the centre, as the image of the box sees it whose rows are staged */
     float half[3];                  /* of the batch's box */
     bool more;                      /* rows beyond the tile's room are in reach too */
 };
@@ -68,7 +69,9 @@ struct sph_place sph_place_row(const struct sph_work *work, const struct sim *si
 /* Stages the gas rows within `reach` of the region's box; mutual: or that reach it themselves with
  * their own h. The first `skip` of them are passed over. */
 void sph_gather(struct sph_work *work, const struct sim *sim, float reach, bool mutual, int64_t skip);
-/* Stages the rows listed. */
+/* Whether each row of the tile is the image nearest to the centre, so that a list of rows tells them all. */
+bool sph_nearest(const struct sph_work *work, const struct sim *sim);
+/* Stages the rows listed, in a box their nearest images. */
 void sph_stage(struct sph_work *work, const struct sim *sim, const int32_t *row, int n);
 /* Adds what the force needs to the staged rows. */
 void sph_stage_state(struct sph_work *work, const struct sim *sim, const struct sph *sph);

@@ -32,7 +32,7 @@ void sph_centre(struct sph_work *work, const struct sim *sim, struct sph_region 
         }
     }
     for (int k = 0; k < 3; k++) {
-        work->centre[k] = 0.5 * (low[k] + high[k]);
+        work->centre[k] = work->origin[k] = 0.5 * (low[k] + high[k]);
         work->half[k] = (float)(0.5 * (high[k] - low[k])) * (1 + FLT_EPSILON);
         work->vel[k] = vel[k] / region.n;
     }
@@ -45,7 +45,7 @@ struct sph_place sph_place_row(const struct sph_work *work, const struct sim *si
     float x[3], v[3];
     for (int k = 0; k < 3; k++) {
         double a = (double)gas->acc[i][k];
-        x[k] = (float)(integrate_position(gas->pos[i][k], gas->vel[i][k], a, t) - work->centre[k]);
+        x[k] = (float)(integrate_position(gas->pos[i][k], gas->vel[i][k], a, t) - work->origin[k]);
         v[k] = (float)(integrate_velocity(gas->vel[i][k], a, t) - work->vel[k]);
     }
     return (struct sph_place){x[0], x[1], x[2], 0.5f * sph_h_now(sim, i), v[0], v[1], v[2], (float)gas->mass[i]};
@@ -98,7 +98,7 @@ static bool node_near(const struct sph_work *work, const struct tree *tree, int3
     double low[3], high[3], reach = (double)walk->reach + (walk->mutual ? (double)tree->h_max[n] : 0);
     if (node->count[GAS] == 0) return false;
     for (int k = 0; k < 3; k++) {
-        double x = node->pos[k] - work->centre[k];
+        double x = node->pos[k] - work->origin[k];
         low[k] = x + (double)node->low[k];
         high[k] = x + (double)node->high[k];
     }
@@ -131,21 +131,69 @@ static void visit(struct sph_work *work, const struct sim *sim, int32_t n, struc
     for (int32_t k = 0; k < node->n_children; k++) visit(work, sim, node->child + k, walk);
 }
 
+/* Once for each image of the box whose rows may be in reach; seen from image s the origin lies at -s. */
+static void visit_images(struct sph_work *work, const struct sim *sim, struct walk *walk)
+{
+    const struct node *root = &sim->tree.node[0];
+    double reach = margin * ((double)walk->reach + (walk->mutual ? (double)sim->tree.h_max[0] : 0)), all[2][3], near[2][3];
+    for (int k = 0; k < 3; k++) {
+        double half = (double)work->half[k] + reach;
+        all[0][k] = root->pos[k] + (double)root->low[k];
+        all[1][k] = root->pos[k] + (double)root->high[k];
+        near[0][k] = work->centre[k] - half;
+        near[1][k] = work->centre[k] + half;
+    }
+    struct box_images images = box_images(&sim->box, all, near);
+    int s[3];
+    for (s[0] = images.first[0]; s[0] <= images.last[0]; s[0]++)
+        for (s[1] = images.first[1]; s[1] <= images.last[1]; s[1]++)
+            for (s[2] = images.first[2]; s[2] <= images.last[2]; s[2]++) {
+                for (int k = 0; k < 3; k++) work->origin[k] = work->centre[k] - s[k] * sim->box.side[k];
+                visit(work, sim, 0, walk);
+            }
+    for (int k = 0; k < 3; k++) work->origin[k] = work->centre[k];
+}
+
 void sph_gather(struct sph_work *work, const struct sim *sim, float reach, bool mutual, int64_t skip)
 {
     struct walk walk = {reach, mutual, skip};
     work->tile.n = 0;
     work->more = false;
-    visit(work, sim, 0, &walk);
+    visit_images(work, sim, &walk);
+}
+
+bool sph_nearest(const struct sph_work *work, const struct sim *sim)
+{
+    const struct sph_tile *tile = &work->tile;
+    const float *const x[3] = {tile->x, tile->y, tile->z};
+    bool nearest = true;
+    for (int k = 0; k < 3; k++) {
+        double side = sim->box.side[k];
+        float most = side > 0 ? (float)(0.499 * side) : INFINITY;
+        for (int e = 0; e < tile->n; e++) nearest &= fabsf(x[k][e]) < most;
+    }
+    return nearest;
+}
+
+/* Lets the row's image nearest to the centre be staged. */
+static void choose_image(struct sph_work *work, const struct sim *sim, int32_t i)
+{
+    double pos[3];
+    sim_predict(&sim->time, &sim->species[GAS], i, pos);
+    for (int k = 0; k < 3; k++)
+        work->origin[k] = work->centre[k] - box_shift(&sim->box, k, pos[k] - work->centre[k]);
 }
 
 void sph_stage(struct sph_work *work, const struct sim *sim, const int32_t *row, int n)
 {
+    bool closed = box_closed(&sim->box);
     for (int k = 0; k < n; k++) {
+        if (closed) choose_image(work, sim, row[k]);
         struct sph_place p = sph_place_row(work, sim, row[k]);
         work->tile.reach[k] = 2.0f * p.half_h;
         put(work, k, row[k], p);
     }
+    for (int k = 0; k < 3; k++) work->origin[k] = work->centre[k];
     work->tile.n = n;
     work->more = false;
 }

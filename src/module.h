@@ -40,6 +40,7 @@ struct module {
     enum module_kind kind;
     const struct param *params;         /* its block; NULL = no block */
     const char *const *requires;        /* names of modules that must be there too; NULL-ended */
+    bool open_space;                    /* refused together with a box (box.h) */
     size_t state_bytes;                 /* private state; params fill its fields by offset */
     const struct saved *saved;          /* what a checkpoint holds of it; name NULL ends */
     /* Checks parameters against each other (sim->problems) and asks for columns of species and nodes. */

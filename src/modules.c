@@ -4,14 +4,14 @@
 #include "module.h"
 
 #define MODULES(X) \
-    X(time) X(tree) X(leapfrog) X(pec) \
+    X(output) X(time) X(box) X(tree) X(leapfrog) X(pec) \
     X(gravity) X(sph) \
-    X(ranks) X(steps) X(output)
+    X(ranks) X(steps)
 
 #define GENERATORS(X) X(evrard) X(plummer) X(uniform)
 
 #define COMMANDS(X) \
-    X(run) X(check) X(ics) X(force_test) X(info) X(compare) X(params)
+    X(run) X(check) X(ics) X(info) X(compare) X(params)
 
 #define DECLARE(name) extern const struct module name##_module;
 MODULES(DECLARE)

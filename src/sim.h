@@ -2,6 +2,7 @@
  * A simulation: all state of one run. There are no mutable globals. */
 #ifndef TEPHRA_SIM_H
 #define TEPHRA_SIM_H
+#include "box.h"
 #include "fail.h"
 #include "integrate.h"
 #include "scene.h"
@@ -26,6 +27,7 @@ struct sim {
     struct problems problems;
     struct units units;
     struct timeline time;
+    struct box box;
     struct species species[N_SPECIES];
     struct tree tree;
     struct use *use; int n_use;         /* modules in the list's order */

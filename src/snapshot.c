@@ -81,6 +81,8 @@ static void write_column(struct h5 *file, const struct sim *sim, const struct sp
     void *values = mem_alloc("files", (size_t)table->n * species_row_bytes(column));
     species_gather(column, species_column(table, column), values, order, table->n);
     if (column == COLUMN_pos || column == COLUMN_vel) predict(sim, table, column, order, values);
+    if (column == COLUMN_pos)
+        for (int64_t i = 0; i < table->n; i++) box_wrap(&sim->box, (double *)values + 3 * i);
     scale(kind, values, table->n * info->components, layout_factor(&sim->units, info->unit) * (twice ? 2 : 1));
     snprintf(path, sizeof path, "PartType%d/%s", layout_type[table->kind], info->file_name);
     h5_write(file, path, kind, table->n, info->components, values);
@@ -128,6 +130,15 @@ static void write_units(struct h5 *file, const struct sim *sim, const char *grou
     h5_attr_text(file, group, "units", unit.name);
 }
 
+/* One number for a cube and for open space, else the three sides. */
+static void write_box(struct h5 *file, const struct sim *sim)
+{
+    double side[3];
+    for (int k = 0; k < 3; k++) side[k] = sim->box.side[k] * layout_factor(&sim->units, "L");
+    if (box_closed(&sim->box) && !box_cubic(&sim->box)) h5_attr_doubles(file, "Header", "BoxSize", side, 3);
+    else h5_attr_double(file, "Header", "BoxSize", side[0]);
+}
+
 static void write_header(struct h5 *file, const struct sim *sim)
 {
     uint64_t count[LAYOUT_TYPES] = {0};
@@ -145,7 +156,7 @@ static void write_header(struct h5 *file, const struct sim *sim)
     h5_attr_double(file, "Header", "Time", now * layout_factor(&sim->units, "L V^-1"));
     h5_attr_double(file, "Header", "Time_GYR", layout_gyr(&sim->units, now));
     h5_attr_double(file, "Header", "Redshift", 0);
-    h5_attr_double(file, "Header", "BoxSize", 0);
+    write_box(file, sim);
     h5_attr_int(file, "Header", "NumFilesPerSnapshot", 1);
     h5_attr_int(file, "Header", "Flag_DoublePrecision", 1);
     for (size_t i = 0; i < sizeof flags / sizeof *flags; i++) h5_attr_int(file, "Header", flags[i], 0);

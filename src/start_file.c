@@ -104,6 +104,17 @@ static double file_factor(const struct reader *r, const char *unit)
     return layout_cgs(&r->unit, power);
 }
 
+/* BoxSize is one number or three. */
+static void read_box(struct reader *r)
+{
+    double size[3], side[3];
+    if (!box_awaits_file(r->sim)) return;
+    bool three = h5_read_attr(r->file, "Header", "BoxSize", size, 3);
+    if (!three && !h5_read_attr(r->file, "Header", "BoxSize", size, 1)) return;
+    for (int k = 0; k < 3; k++) side[k] = size[three ? k : 0] * file_factor(r, "L");
+    box_from_file(r->sim, side);
+}
+
 static void read_header(struct reader *r)
 {
     double files = 1;
@@ -121,6 +132,7 @@ static void read_header(struct reader *r)
     read_units(r);
     double start = 0;
     if (h5_read_attr(r->file, "Header", "Time", &start, 1)) r->sim->time.start = start * file_factor(r, "L V^-1");
+    read_box(r);
     if (start != 0) log_line("%s: the run starts at the file's time, %g", r->path, r->sim->time.start);
 }
 

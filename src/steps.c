@@ -19,6 +19,7 @@ static void tree_arrange(struct sim *sim, void *state)
 {
     (void)state;
     if (sim->tree.built < 0 || sim->rebuild_next || timeline_active(&sim->time, (int)sim->rebuild_rung)) {
+        box_wrap_rows(sim);
         tree_build(sim);
         if (sim->failure.set) return;
         ranks_divide(sim);
