@@ -61,7 +61,7 @@ enum { CHECK_EVERY = 5 };
 bool gravity_check_due(const struct sim *sim, const struct gravity *g)
 {
     if (g->opening.solver == SOLVER_DIRECT || sim->tree.n_nodes == 0 || !timeline_synchronous(&sim->time)) return false;
-    return g->checked == 0 || timeline_divides(sim->time.tick, RUNG_TOP + CHECK_EVERY);
+    return g->checked == 0 || (sim->time.tick > 0 && timeline_divides(sim->time.tick, RUNG_TOP + CHECK_EVERY));
 }
 
 struct gravity_sample *gravity_check_begin(struct sim *sim, const struct gravity *g)

@@ -7,6 +7,7 @@
 #include "log.h"
 #include "mem.h"
 #include "module.h"
+#include "ranks.h"
 #include <math.h>
 #include <string.h>
 
@@ -167,6 +168,7 @@ static void learn(struct sim *sim, struct gravity *g)
 {
     if (g->opening.solver != SOLVER_FMM || g->known || sim->tree.n_nodes == 0) return;
     compute(sim, g, OUTPUT_SIZE);
+    ranks_share(sim, (uint64_t)1 << COLUMN_grav);
     g->known = 1;
     gravity_moments_least(sim, g);
 }
