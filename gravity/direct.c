@@ -22,8 +22,9 @@ static void direct_group(struct walk *w, int32_t n)
         centre[k] = node->pos[k] + 0.5 * ((double)node->high[k] + (double)node->low[k]);
         radius = fmax(radius, 0.5 * ((double)node->high[k] - (double)node->low[k]));
     }
+    /* A power of two near the radius, but not so small that squares over the whole set overflow. */
     int exponent;
-    frexp(radius, &exponent);
+    frexp(fmax(radius, ldexp(w->sim->tree.side, -20)), &exponent);
     struct stage stage = stage_at(w->sim, w->g, centre, radius > 0 ? ldexp(1, exponent) : 1);
     walk_begin_group(w, &stage, node);
     add_others(w, &stage, node);
@@ -119,5 +120,6 @@ static void direct_double(struct sim *sim, struct gravity *g, enum gravity_outpu
 void gravity_direct(struct sim *sim, struct gravity *g, enum gravity_output output)
 {
     if (g->precision == PRECISION_DOUBLE) direct_double(sim, g, output);
+    else if (sim->device) gravity_direct_device(sim, g, output);
     else direct_float(sim, g, output);
 }

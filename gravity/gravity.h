@@ -21,7 +21,7 @@ struct gravity_opening {
 
 struct gravity {
     /* Parameters, as in the scene. */
-    double softening, softening_of[N_SPECIES], accuracy, opening_angle, time_step;
+    double softening, softening_of[N_SPECIES], accuracy, opening_angle, tolerance, time_step;
     int64_t order, group_size, leaf_size;
     int softening_kernel, solver, precision, instructions;
 
@@ -43,12 +43,17 @@ struct gravity {
     int64_t known;                  /* the column grav is filled; saved */
     int64_t checked;                /* self-checks done; saved */
     double measured;                /* 99th percentile of the error at the last self-check */
+    struct direct_engine *engine;   /* on a device; made at the first force */
     int64_t pairs, cells;           /* interactions of the last force: rows, cells */
 };
 
 /* Rows of a cell that acts as a whole or row by row, but is not opened. */
 static inline bool gravity_is_leaf(const struct gravity *g, const struct node *node)
 { return node->n_children == 0 || node_rows(node, ALL_SPECIES) <= g->opening.leaf_size; }
+
+/* Rows that share their interaction lists: the topmost cells for which this holds. */
+static inline bool gravity_is_group(const struct gravity *g, const struct node *node)
+{ return node->n_children == 0 || node_rows(node, ALL_SPECIES) <= g->opening.group_size; }
 
 /* Multipoles, reach and least accelerations of all cells of a new tree; and after a refit. */
 void gravity_moments_build(struct sim *sim, struct gravity *g);
@@ -63,6 +68,8 @@ int gravity_moments_width(const struct gravity_opening *opening);
 enum gravity_output { OUTPUT_FORCE, OUTPUT_SIZE, OUTPUT_POTENTIAL };
 void gravity_walk(struct sim *sim, struct gravity *g, enum gravity_output output);
 void gravity_direct(struct sim *sim, struct gravity *g, enum gravity_output output);
+/* The same on the device of the simulation, in pairs of floats. */
+void gravity_direct_device(struct sim *sim, struct gravity *g, enum gravity_output output);
 
 /* Acceleration and potential of listed rows of one species by direct sums in double: acc[4 i] is
  * ax, ay, az, potential of row list[i]. */
@@ -76,11 +83,15 @@ void gravity_settings(struct gravity_opening *opening, double accuracy);
  * and `floor`. */
 struct gravity_errors { int64_t n; double rms, median, p99, max; };
 struct gravity_errors gravity_errors_of(double *error, int64_t n);
+/* The same of the errors of all ranks together. */
+struct gravity_errors gravity_errors_shared(double *own, int64_t n);
 
 /* The self-check: a sample of about 1024 rows, chosen by their ids, against direct sums. */
 struct gravity_sample;
 bool gravity_check_due(const struct sim *sim, const struct gravity *g);
 struct gravity_sample *gravity_check_begin(struct sim *sim, const struct gravity *g);
-/* Logs asked and measured, scales the opening, frees the sample. */
-void gravity_check_end(struct sim *sim, struct gravity *g, struct gravity_sample *sample);
+/* Logs asked and measured and scales the opening. False if the force just added misses what was
+ * asked: it is taken back then and has to be computed again. */
+bool gravity_check_passes(struct sim *sim, struct gravity *g, struct gravity_sample *sample);
+void gravity_check_end(struct gravity_sample *sample);
 #endif

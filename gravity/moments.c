@@ -146,7 +146,8 @@ static void place_cell(const struct gravity *g, const struct node *node, struct 
     memcpy(cell->pos, node->pos, sizeof cell->pos);
     cell->mass = (float)(g->G * (double)node->mass);
     cell->child = node->child;
-    cell->n_children = gravity_is_leaf(g, node) ? 0 : node->n_children;
+    cell->n_children = (int16_t)(gravity_is_leaf(g, node) ? 0 : node->n_children);
+    cell->group = gravity_is_group(g, node);
 }
 
 void gravity_moments_build(struct sim *sim, struct gravity *g)

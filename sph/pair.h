@@ -47,7 +47,10 @@ HD struct sph_density sph_density_pair(struct sph_place i, struct sph_place j, e
         slope * (g.vy * g.z - g.vz * g.y), slope * (g.vz * g.x - g.vx * g.z), slope * (g.vx * g.y - g.vy * g.x)};
 }
 
-/* Acceleration of i, rate of its u, and the signal velocity c_i + c_j - 3 w_ij between the two
+/* The work of a pair is shared: heat in equal halves, while a pair that expands pays each row's part by
+ * its own pressure. Both conserve energy; halves would let warm neighbours drain a cold row below
+ * zero (Evrard's expanding skirt: 4e-3 of the energy by t = 3).
+ * Acceleration of i, rate of its u, and the signal velocity c_i + c_j - 3 w_ij between the two
  * (Monaghan 1997), 0 beyond the kernel. One reciprocal serves h, the denominator of mu and rho_ij:
  * their product is of the order of a mass, so it cannot overflow where the three do not. */
 HD struct sph_force sph_force_pair(struct sph_place i, struct sph_state si, struct sph_place j, struct sph_state sj,
@@ -60,8 +63,10 @@ HD struct sph_force sph_force_pair(struct sph_place i, struct sph_state si, stru
     float slope = j.mass * r1 * (h2 * h2) * sph_kernel_slope(q, kind);
     float closing = g.vr < 0.0f ? g.vr : 0.0f, c = si.half_c + sj.half_c;
     float h_all = h * all, mu = closing * h * (h_all * rho2);
-    float f = slope * (si.p + sj.p + mu * (visc.beta * mu - visc.alpha * c) * (h_all * d) * (si.balsara + sj.balsara));
+    float stress = si.p + sj.p + mu * (visc.beta * mu - visc.alpha * c) * (h_all * d) * (si.balsara + sj.balsara);
+    float f = slope * stress;
+    float heat = slope * g.vr * (g.vr > 0.0f ? si.p : 0.5f * stress);
     float signal = q < 2.0f ? 2.0f * c - 3.0f * closing * r1 : 0.0f;
-    return (struct sph_force){f * g.x, f * g.y, f * g.z, 0.5f * f * g.vr, signal};
+    return (struct sph_force){f * g.x, f * g.y, f * g.z, heat, signal};
 }
 #endif

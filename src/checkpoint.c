@@ -26,7 +26,7 @@ static const struct saved sim_fields[] = {
 };
 #undef FIELD
 
-enum { LIST = 4096, NAME = 200 };   /* bytes of a list of names, of a path in the file */
+enum { LIST = 4096, GROUP = 200, PLACE = 2 * GROUP };   /* bytes of a list of names, of paths in the file */
 
 static void list_modules(const struct sim *sim, char text[LIST])
 {
@@ -60,7 +60,7 @@ static char column_kind(int column)
 static void write_fields(struct h5 *file, const char *group, const struct saved *fields, const void *from)
 {
     for (const struct saved *f = fields; f && f->name; f++) {
-        char path[2 * NAME];
+        char path[PLACE];
         snprintf(path, sizeof path, "%s/%s", group, f->name);
         h5_write(file, path, 'b', (int64_t)f->bytes, 1, (const char *)from + f->offset);
     }
@@ -68,7 +68,7 @@ static void write_fields(struct h5 *file, const char *group, const struct saved 
 
 static void write_rows(struct h5 *file, const struct species *table)
 {
-    char path[NAME], columns[LIST];
+    char path[PLACE], columns[LIST];
     snprintf(path, sizeof path, "Rows/%s", species_names[table->kind]);
     list_columns(table, columns);
     h5_group(file, path);
@@ -124,7 +124,7 @@ void checkpoint_write(const struct sim *sim, const char *path)
     provenance_write(file, sim);
     write_fields(file, "Checkpoint", sim_fields, sim);
     for (int u = 0; u < sim->n_use; u++) {
-        char group[NAME];
+        char group[GROUP];
         snprintf(group, sizeof group, "State/%s", sim->use[u].module->name);
         write_fields(file, group, sim->use[u].module->saved, sim->use[u].state);
     }
@@ -139,7 +139,7 @@ void checkpoint_write(const struct sim *sim, const char *path)
 static void read_fields(struct h5 *file, const char *group, const struct saved *fields, void *to)
 {
     for (const struct saved *f = fields; f && f->name; f++) {
-        char path[2 * NAME];
+        char path[PLACE];
         snprintf(path, sizeof path, "%s/%s", group, f->name);
         h5_read(file, path, 'b', (int64_t)f->bytes, 1, (char *)to + f->offset);
     }
@@ -159,7 +159,7 @@ static bool same_list(struct sim *sim, struct h5 *file, const char *place[2], co
 
 static void read_rows(struct sim *sim, struct h5 *file, const char *path, struct species *table)
 {
-    char group[NAME], own[LIST];
+    char group[GROUP], own[LIST];
     double rows = 0;
     snprintf(group, sizeof group, "Rows/%s", species_names[table->kind]);
     if (!h5_read_attr(file, group, "rows", &rows, 1)) return;
@@ -169,7 +169,7 @@ static void read_rows(struct sim *sim, struct h5 *file, const char *path, struct
     table->n = table->n_own = (int64_t)rows;
     for (int c = 0; c < N_COLUMNS; c++) {
         if (!kept(table, c)) continue;
-        char set[2 * NAME];
+        char set[PLACE];
         snprintf(set, sizeof set, "%s/%s", group, column_table[c].name);
         h5_read(file, set, column_kind(c), table->n, column_table[c].components, species_column(table, c));
     }
@@ -210,7 +210,7 @@ static void read_all(struct sim *sim, struct h5 *file, const char *path)
     read_fields(file, "Checkpoint", sim_fields, sim);
     adopt_ticks(sim, path, dt_max);
     for (int u = 0; u < sim->n_use; u++) {
-        char group[NAME];
+        char group[GROUP];
         snprintf(group, sizeof group, "State/%s", sim->use[u].module->name);
         read_fields(file, group, sim->use[u].module->saved, sim->use[u].state);
     }

@@ -4,6 +4,9 @@
 #include "integrate.h"
 #include "module.h"
 
+/* Rows below which a loop is not worth waking threads for. */
+enum { FEW = 4096 };
+
 static void declare(struct sim *sim, void *state)
 {
     (void)state;
@@ -20,7 +23,7 @@ static void predict(struct sim *sim, void *state)
 {
     (void)state;
     for_species(sim, s) {
-#pragma omp parallel for
+#pragma omp parallel for if (s->n_ending > FEW)
         for (int64_t e = 0; e < s->n_ending; e++) {
             int64_t i = s->ending[e];
             double t = timeline_step(&sim->time, s->rung0[i]);
@@ -55,7 +58,7 @@ static void arrange(struct sim *sim, void *state)
 static void correct(struct sim *sim, bool shift)
 {
     for_species(sim, s) {
-#pragma omp parallel for
+#pragma omp parallel for if (s->n_active > FEW)
         for (int64_t a = 0; a < s->n_active; a++) {
             int64_t i = s->active[a];
             double t = timeline_step(&sim->time, s->rung0[i]);

@@ -17,11 +17,13 @@ HD double integrate_correction(double a_old, double a_new, double t) { return 0.
 /* pec only: the corrected position x + (v + v') t/2 differs from the predicted one by (v' - v_p) t/2. */
 HD double integrate_shift(double correction, double t) { return 0.5 * t * correction; }
 
-/* u + du t for a rate that is followed safely, bounded below by u/4 / |du t/u| for one that would
- * take more than half: positive whatever du, and smooth (value and slope agree at the half). */
+/* u + du t for a rate that is followed safely, bent to u/4 / |du t/u| for one that would take more
+ * than half (value and slope agree at the half), and never less than the smallest normal float:
+ * positive whatever du. */
 HD float integrate_energy(float u, float du, float t)
 {
-    float change = du * t;
-    return change > -0.5f * u ? u + change : 0.25f * u * (u / -change);
+    const float smallest = 1.17549435e-38f;
+    float change = du * t, bent = 0.25f * u * (u / -change);
+    return change > -0.5f * u ? u + change : bent > smallest ? bent : smallest;
 }
 #endif

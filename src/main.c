@@ -6,7 +6,9 @@
 #include "module.h"
 #include "version.h"
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 static void usage(FILE *stream)
 {
@@ -37,8 +39,18 @@ static int run_command(int argc, char **argv)
          near ? " (did you mean \"" : "", near ? near : "", near ? "\"?)" : "");
 }
 
+/* Threads that wait shall sleep instead of spinning: cores are often shared, and a step with few
+ * active rows has more to wait for than to do. OpenMP reads this only when a program starts. */
+static void let_threads_sleep(char **argv)
+{
+    if (getenv("OMP_WAIT_POLICY")) return;
+    setenv("OMP_WAIT_POLICY", "passive", 1);
+    execv("/proc/self/exe", argv);
+}
+
 int main(int argc, char **argv)
 {
+    let_threads_sleep(argv);
     comm_begin(&argc, &argv);
     log_silence(comm_rank() != 0);
     int status = run_command(argc, argv);

@@ -4,9 +4,9 @@
 #include "module.h"
 
 #define MODULES(X) \
-    X(time) X(box) X(tree) X(leapfrog) X(pec) \
+    X(output) X(time) X(box) X(tree) X(leapfrog) X(pec) \
     X(gravity) X(sph) \
-    X(ranks) X(steps) X(output)
+    X(ranks) X(steps)
 
 #define GENERATORS(X) X(evrard) X(plummer) X(uniform)
 

@@ -13,6 +13,9 @@
 #include <math.h>
 #include <stdio.h>
 
+/* Seconds after which the log has a line again, whatever is due. */
+enum { LOG_EVERY = 30 };
+
 static const struct param params[] = {
     {"snapshot_every", PARAM_REAL, "time", NULL, 1e-300, 1e300, NULL, "time between two snapshots", true,
      offsetof(struct output, snapshot_every)},
@@ -102,8 +105,9 @@ static void check_energy(struct sim *sim, const struct output *output)
              timeline_now(&sim->time), energy->total, energy->first, output->energy_limit);
 }
 
-static void log_state(const struct sim *sim, const struct output *output)
+static void log_state(const struct sim *sim, struct output *output)
 {
+    output->logged = profile_wall();
     int64_t rows = 0;
     for_species(sim, s) rows += s->n;
     const struct energy *energy = &output->energy;
@@ -138,7 +142,8 @@ static void output_record(struct sim *sim, void *state)
         refresh_potential(sim);
         energy_measure(sim, &output->energy);
         energy_write(sim, &output->energy, in_folder(sim, path, sizeof path, "energy.csv", 0));
-        log_state(sim, output);
+        if (due(sim, sim->time.snapshot) || profile_wall() - output->logged > LOG_EVERY) log_state(sim, output);
+        else progress(sim);
         check_energy(sim, output);
         if (sim->failure.set) return;
     }

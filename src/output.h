@@ -11,6 +11,7 @@ struct output {
     struct energy energy;
     struct picture picture;
     bool snapshot_asked;
+    double logged;                  /* by the clock: the last line of the log */
 };
 
 /* An unscheduled checkpoint or a last snapshot, in the run directory. */

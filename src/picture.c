@@ -46,10 +46,10 @@ static double quantile(struct sample *sample, int64_t n, double part)
     return n > 0 ? sample[n - 1].at : 0;
 }
 
-/* Centre: the medians. The square that holds 98 % of the mass in each view, and a quarter more. */
+/* Centre: the medians. The square that holds 98 % of the mass in each view, and a third more. */
 static void choose_frame(struct picture *picture, const struct species *table, const struct panel panel[2])
 {
-    const double part = 0.98, margin = 1.25;
+    const double part = 0.98, margin = 1.35;
     const int64_t most = 100000, stride = 1 + table->n / most;
     struct sample *sample = mem_array("pictures", struct sample, table->n / stride + 1);
     for (int k = 0; k < 3; k++) {

@@ -7,7 +7,8 @@ Evrard collapse they are compared with the converged one-dimensional solution.
     python3 doc/plots/profile.py SNAPSHOT.hdf5
 
 Writes a picture beside the snapshot. The numbers printed are rms differences over those of 30
-logarithmic bins of 0.01 < r < 1 that the reference covers: log10 density, v_r, log10 entropy.
+logarithmic bins of 0.01 < r < 1 that the reference covers: of log10 density, of v_r, and of the
+entropy P / rho^(5/3) relative to the reference.
 """
 import argparse
 from pathlib import Path
@@ -65,8 +66,10 @@ def deviations(radius, values, mass):
     for name, value, profile in zip(NAMES, values, profiles):
         exact = np.interp(np.log(radius[seen]), np.log(r), profile)
         mine, theirs = (bin_means(radius[seen], x, mass[seen]) for x in (value[seen], exact))
-        if name != "radial velocity":
+        if name == "density":
             mine, theirs = np.log10(mine), np.log10(theirs)
+        elif name == "entropy":
+            mine, theirs = mine / theirs, 1
         result.append(np.sqrt(np.nanmean((mine - theirs) ** 2)))
     return result
 
@@ -102,8 +105,8 @@ def main():
     compare = runs.is_evrard(path.parent) and abs(time - 0.8) < 5e-3
     print(f"{path}: t = {time:g}, {len(radius)} rows")
     if compare:
-        for name, value in zip(NAMES, deviations(radius, values, mass)):
-            print(f"{name:16s} rms difference {value:.4f}{'' if name == 'radial velocity' else ' dex'}")
+        for name, value, unit in zip(NAMES, deviations(radius, values, mass), ("dex", "", "(relative)")):
+            print(f"{name:16s} rms difference {value:.4f} {unit}".rstrip())
     draw(options.out or path.with_name(path.stem.replace("snapshot", "profile") + ".png"), radius, values, mass, compare)
 
 

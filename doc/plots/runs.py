@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the plots share: reading runs, references, looks, and errors in one sentence."""
 import csv
+import re
 import sys
 from pathlib import Path
 
@@ -57,13 +58,13 @@ def reference(name):
 def is_evrard(run):
     """Whether a run directory holds the collapse that the references describe."""
     used = Path(run) / "used.yml"
-    return used.is_file() and "generator: evrard" in used.read_text()
+    return used.is_file() and re.search(r"^ *generator: *[\"']?evrard\b", used.read_text(), re.M) is not None
 
 
 def title(run):
     used = Path(run) / "used.yml"
     lines = used.read_text().splitlines() if used.is_file() else []
-    found = [line[len("title:"):].strip() for line in lines if line.startswith("title:")]
+    found = [line[len("title:"):].strip(" \"'") for line in lines if line.startswith("title:")]
     return found[0] if found else Path(run).resolve().name
 
 

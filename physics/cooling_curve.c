@@ -1,0 +1,226 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Makes cooling curves and integrates along them (doc/manual/cooling.md, sections 4 and 5). */
+#include "cooling_curve.h"
+#include "constants.h"
+#include "mem.h"
+#include <math.h>
+#include <string.h>
+
+/* --- making --- */
+
+/* Specific energy and rate of a sample. */
+static struct cooling_node make_node(const struct cooling_sample *sample, const struct cooling_gas *gas)
+{
+    double particle = isnan(gas->mu) ? sample->particle : gas->mu * CONST_M_PROTON;
+    double hydrogen = isnan(gas->hydrogen) ? sample->hydrogen : CONST_M_PROTON / gas->hydrogen;
+    return (struct cooling_node){.u = CONST_K_B * sample->t / ((gas->gamma - 1) * particle),
+                                 .rate = sample->loss / (hydrogen * hydrogen)};
+}
+
+/* The samples above the floor, and one at it; beyond the ends of the samples their last law. */
+static void make_nodes(struct cooling_curve *curve, const struct cooling_samples *samples,
+                       const struct cooling_gas *gas)
+{
+    const struct cooling_sample *at = samples->at;
+    int k = 0;
+    while (k < samples->n - 2 && at[k + 1].t <= gas->floor) k++;
+    const struct cooling_node a = make_node(&at[k], gas), b = make_node(&at[k + 1], gas);
+    double part = log(gas->floor / at[k].t) / log(at[k + 1].t / at[k].t);
+    curve->node[0].u = a.u * pow(b.u / a.u, part);
+    curve->node[0].rate = a.rate * pow(b.rate / a.rate, part);
+    curve->t[0] = gas->floor;
+    curve->n = 1;
+    for (k = 0; k < samples->n; k++) {
+        if (at[k].t <= gas->floor * (1 + 1e-9)) continue;
+        curve->t[curve->n] = at[k].t;
+        curve->node[curve->n++] = make_node(&at[k], gas);
+    }
+}
+
+/* The integral of du/Q from the lower end of a segment to u. A slope of 1 within 1e-7 is taken to be
+ * 1: the difference is below 1e-7 relative, the rounding of the power would be more. */
+static double column_below(const struct cooling_node *node, double u)
+{
+    double x = u / node->u, p = node->power;
+    return node->u / node->rate * (fabs(p) < 1e-7 ? log(x) : (pow(x, p) - 1) / p);
+}
+
+/* The inverse: u whose column above the lower end is the given one. */
+static double u_above(const struct cooling_node *node, double column)
+{
+    double y = column * node->rate / node->u, p = node->power;
+    return node->u * (fabs(p) < 1e-7 ? exp(y) : pow(1 + p * y, 1 / p));
+}
+
+static void integrate(struct cooling_curve *curve)
+{
+    struct cooling_node *node = curve->node;
+    for (int k = curve->n - 2; k >= 0; k--) {
+        node[k].power = 1 - log(node[k + 1].rate / node[k].rate) / log(node[k + 1].u / node[k].u);
+        node[k].column = node[k + 1].column + column_below(&node[k], node[k + 1].u);
+        if (k == curve->n - 2) node[k + 1].power = node[k].power;
+    }
+}
+
+/* The exponent of a positive double and the first four bits of its mantissa: rises with its log. */
+static int64_t leading_bits(double u)
+{
+    int64_t bits;
+    memcpy(&bits, &u, sizeof bits);
+    return bits >> 48;
+}
+
+static void make_hints(struct cooling_curve *curve)
+{
+    curve->first_hint = leading_bits(curve->node[0].u);
+    curve->n_hint = (int)(leading_bits(curve->node[curve->n - 1].u) - curve->first_hint) + 1;
+    curve->hint = mem_array("cooling", uint16_t, curve->n_hint);
+    for (int h = 0, k = 0; h < curve->n_hint; h++) {
+        while (k < curve->n - 1 && leading_bits(curve->node[k + 1].u) < curve->first_hint + h) k++;
+        curve->hint[h] = (uint16_t)k;
+    }
+}
+
+struct cooling_curve *cooling_curve_new(const struct cooling_samples *samples, const struct cooling_gas *gas)
+{
+    check(samples->n >= 2);
+    struct cooling_curve *curve = mem_alloc("cooling", sizeof *curve);
+    curve->node = mem_array("cooling", struct cooling_node, samples->n + 1);
+    curve->t = mem_array("cooling", double, samples->n + 1);
+    double hydrogen = isnan(gas->hydrogen) ? samples->at[0].hydrogen : CONST_M_PROTON / gas->hydrogen;
+    curve->heating = gas->heating / hydrogen;
+    make_nodes(curve, samples, gas);
+    check(curve->n >= 2);
+    integrate(curve);
+    make_hints(curve);
+    return curve;
+}
+
+void cooling_curve_free(struct cooling_curve *curve)
+{
+    if (!curve) return;
+    mem_free(curve->node);
+    mem_free(curve->t);
+    mem_free(curve->hint);
+    mem_free(curve);
+}
+
+/* --- looking up --- */
+
+/* The segment that holds u, which is not below the floor. */
+static int find_segment(const struct cooling_curve *curve, double u)
+{
+    int64_t h = leading_bits(u) - curve->first_hint;
+    int k = curve->hint[h < curve->n_hint ? h : curve->n_hint - 1];
+    while (k < curve->n - 1 && curve->node[k + 1].u <= u) k++;
+    return k;
+}
+
+/* The segment in which this column is left to the last sample: the highest node with more than it. */
+static int find_column(const struct cooling_curve *curve, int end, double column)
+{
+    int k = 0;
+    for (int length = end; length > 1;) {
+        int half = length / 2;
+        k = curve->node[k + half].column > column ? k + half : k;
+        length -= half;
+    }
+    return k;
+}
+
+/* dlnu/dlnT of a segment; T and u are powers of each other within it and beyond the ends. */
+static double u_power(const struct cooling_curve *curve, int k)
+{
+    return log(curve->node[k + 1].u / curve->node[k].u) / log(curve->t[k + 1] / curve->t[k]);
+}
+
+double cooling_curve_u(const struct cooling_curve *curve, double t)
+{
+    int k = 0;
+    while (k < curve->n - 2 && curve->t[k + 1] < t) k++;
+    return curve->node[k].u * pow(t / curve->t[k], u_power(curve, k));
+}
+
+double cooling_curve_temperature(const struct cooling_curve *curve, double u)
+{
+    int k = u > curve->node[0].u ? find_segment(curve, u) : 0;
+    if (k == curve->n - 1) k--;
+    return curve->t[k] * pow(u / curve->node[k].u, 1 / u_power(curve, k));
+}
+
+static double loss(const struct cooling_node *node, double u)
+{
+    return node->rate * pow(u / node->u, 1 - node->power);
+}
+
+double cooling_curve_rate(const struct cooling_curve *curve, double u, double rho)
+{
+    return curve->heating - rho * loss(&curve->node[u > curve->node[0].u ? find_segment(curve, u) : 0], u);
+}
+
+/* --- integrating --- */
+
+static double cool(const struct cooling_curve *curve, double u, double column)
+{
+    int k = find_segment(curve, u);
+    const struct cooling_node *node = &curve->node[k];
+    double below = column_below(node, u);
+    if (column < below) return fmin(u, u_above(node, below - column));
+    double left = node->column + (column - below);
+    if (left >= curve->node[0].column) return curve->node[0].u;
+    node = &curve->node[find_column(curve, k, left)];
+    return u_above(node, node->column - left);
+}
+
+/* A walk along the curve: energy, its rate and the time that is left. */
+struct walk { double u, rate, left; bool done; };
+
+/* To the end of a segment, the net rate being linear in u; `rate` is the one there, of the same sign. */
+static void walk_to(struct walk *walk, double end, double rate)
+{
+    double change = rate - walk->rate, distance = end - walk->u;
+    double mean = fabs(change) < 1e-4 * fabs(rate) ? walk->rate + 0.5 * change : change / log(rate / walk->rate);
+    if (distance >= walk->left * mean && mean > 0) walk->done = true;
+    if (distance <= walk->left * mean && mean < 0) walk->done = true;
+    if (!walk->done) {
+        *walk = (struct walk){end, rate, walk->left - distance / mean, false};
+        return;
+    }
+    double growth = change / distance * walk->left;
+    walk->u += walk->rate * walk->left * (fabs(growth) < 1e-8 ? 1 : expm1(growth) / growth);
+}
+
+/* To the equilibrium within a segment, the distance from it decaying. */
+static void walk_home(struct walk *walk, double home)
+{
+    double decay = walk->rate / (home - walk->u);   /* where rounding puts u beyond it, u is there */
+    walk->u = isfinite(decay) && decay > 0 ? home + (walk->u - home) * exp(-decay * walk->left) : home;
+    walk->done = true;
+}
+
+static double balance(const struct cooling_curve *curve, double u, double rho, double dt)
+{
+    int k = find_segment(curve, u);
+    struct walk walk = {u, curve->heating - rho * loss(&curve->node[k], u), dt, false};
+    bool up = walk.rate > 0;
+    while (!walk.done && walk.rate != 0) {
+        const struct cooling_node *node = &curve->node[k];
+        if (up && k == curve->n - 1) return walk.u + walk.rate * walk.left;
+        const struct cooling_node *end = up ? node + 1 : node;
+        double rate = curve->heating - rho * end->rate;
+        double power = 1 - node->power;
+        if (rate * walk.rate > 0) walk_to(&walk, end->u, rate);
+        else walk_home(&walk, node->u * pow(curve->heating / (rho * node->rate), 1 / power));
+        if (!walk.done && !up && k == 0) return curve->node[0].u;
+        k += up ? 1 : -1;
+    }
+    return walk.u;
+}
+
+double cooling_curve_advance(const struct cooling_curve *curve, double u, double rho, double dt)
+{
+    double floor = curve->node[0].u;
+    if (!(u > floor)) u = floor;
+    if (curve->heating > 0) return fmax(balance(curve, u, rho, dt), floor);
+    return u > floor ? cool(curve, u, rho * dt) : floor;
+}

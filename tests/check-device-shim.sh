@@ -1,0 +1,32 @@
+#!/bin/sh
+# SPDX-License-Identifier: GPL-3.0-or-later
+# --device, with the program linked to the host shim instead of the CUDA runtime: a whole run on the
+# device agrees with the CPU; without a device `auto` says one line and goes on, `cuda` ends with 2.
+. "$TEPHRA_SOURCE/tests/lib.sh"
+program=$TEPHRA_BUILD/tests/shim_tephra
+[ -x "$program" ] || { echo "no C++ compiler for the shim"; exit 77; }
+unset SHIM_DEVICES
+scene=$TEPHRA_SOURCE/ics/evrard.yml
+small="--set start.n=300 --set gravity.solver=direct --set time.end=0.1 --set output.snapshot_every=0.05 --set output.picture_every=0.1"
+
+expect_status 0 "$program" run "$scene" $small --device cpu --out cpu
+grep -q 'device' err && fail "--device cpu speaks of devices"
+expect_status 0 "$program" run "$scene" $small --device cuda --out device
+expect_text 'device: host shim' err
+# The energies of the last row agree to the rounding of forces.
+for run in cpu device; do
+    awk -F, 'NR == 1 { for (i = 1; i <= NF; i++) if ($i ~ /^total/) c = i } END { printf "%.5f\n", $c }' $run/energy.csv
+done | uniq | wc -l | grep -qx 1 || fail "energies on the device and on the CPU differ"
+
+export SHIM_DEVICES=0
+expect_status 2 "$program" run "$scene" $small --device cuda --out none
+expect_text 'device cuda: no NVIDIA device' err
+[ -e none ] && fail "a refused run left a directory"
+expect_status 0 "$program" run "$scene" $small --set time.end=0.05 --device auto --out auto
+expect_text 'device: the CPU (no NVIDIA device' err
+export SHIM_DEVICES=-1
+expect_status 2 "$program" run "$scene" $small --device cuda --out none
+expect_text 'no NVIDIA driver' err
+expect_status 2 "$program" run "$scene" $small --device gpu --out none
+expect_text 'expects auto, cpu or cuda' err
+finish
