@@ -11,7 +11,7 @@
 #define GENERATORS(X) X(evrard) X(plummer) X(uniform)
 
 #define COMMANDS(X) \
-    X(run) X(check) X(ics) X(info) X(compare) X(params)
+    X(run) X(check) X(ics) X(force_test) X(info) X(compare) X(params)
 
 #define DECLARE(name) extern const struct module name##_module;
 MODULES(DECLARE)
