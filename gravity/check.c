@@ -7,6 +7,7 @@
 #include "random.h"
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* Measured on Plummer, uniform and clumped sets of 1e5 and 1e6 rows (doc/charts/gravity.csv): the
  * cheapest setting whose 99th percentile lies at or below the first column. */
@@ -51,11 +52,11 @@ struct gravity_errors gravity_errors_of(double *error, int64_t n)
     return e;
 }
 
-/* Rows of one species in the sample, with the acceleration they had before gravity added to it. */
-struct part { int32_t *row; float (*before)[3]; int64_t n; };
-struct gravity_sample { struct part part[N_SPECIES]; };
+/* Rows of one species in the sample with their direct sums, and what all own rows had before. */
+struct part { int32_t *row; double (*exact)[4]; float (*before)[3]; int64_t n; };
+struct gravity_sample { struct part part[N_SPECIES]; int64_t n; int trials; };
 
-enum { SAMPLE = 1024 };
+enum { SAMPLE = 1024, TRIALS = 4 };
 /* A self-check every so many longest steps, a power of two. */
 enum { CHECK_EVERY = 5 };
 
@@ -77,82 +78,92 @@ struct gravity_sample *gravity_check_begin(struct sim *sim, const struct gravity
             struct random key = {sim->seed, s->id[i], (uint64_t)g->checked, random_stream("gravity_check")};
             if (random_uniform(&key, 0) * rows < SAMPLE) part->row[part->n++] = (int32_t)i;
         }
-        part->before = mem_alloc("gravity", (size_t)part->n * sizeof *part->before);
-        for (int64_t i = 0; i < part->n; i++)
-            for (int k = 0; k < 3; k++) part->before[i][k] = s->acc[part->row[i]][k];
+        part->exact = mem_alloc("gravity", (size_t)part->n * sizeof *part->exact);
+        gravity_direct_rows(sim, g, s, part->row, part->n, part->exact);
+        part->before = mem_alloc("gravity", (size_t)s->n_own * sizeof *part->before);
+        if (s->n_own > 0) memcpy(part->before, s->acc + s->own, (size_t)s->n_own * sizeof *part->before);
+        sample->n += part->n;
     }
     return sample;
 }
 
 /* Error of each sampled row as `accuracy` counts it. */
-static int64_t sample_errors(const struct sim *sim, const struct gravity *g, const struct gravity_sample *sample,
-                             double *error)
+static void sample_errors(const struct sim *sim, const struct gravity_sample *sample, double *error)
 {
+    double sums[2] = {0}, *size = mem_array("gravity", double, sample->n);
     int64_t n = 0;
-    double square = 0, count = 0, *size = error + 4 * SAMPLE;
-    for (int k = 0; k < N_SPECIES; k++) {
-        const struct part *part = &sample->part[k];
-        const struct species *s = &sim->species[k];
-        double (*exact)[4] = mem_alloc("gravity", (size_t)part->n * sizeof *exact);
-        gravity_direct_rows(sim, g, s, part->row, part->n, exact);
-        for (int64_t i = 0; i < part->n && n < 4 * SAMPLE; i++, n++) {
+    for_species(sim, s) {
+        const struct part *part = &sample->part[s->kind];
+        for (int64_t i = 0; i < part->n; i++, n++) {
             double d2 = 0, a2 = 0;
+            const float *before = part->before[part->row[i] - s->own];
             for (int c = 0; c < 3; c++) {
-                double d = (double)(s->acc[part->row[i]][c] - part->before[i][c]) - exact[i][c];
+                double d = (double)(s->acc[part->row[i]][c] - before[c]) - part->exact[i][c];
                 d2 += d * d;
-                a2 += exact[i][c] * exact[i][c];
+                a2 += part->exact[i][c] * part->exact[i][c];
             }
             error[n] = sqrt(d2);
             size[n] = sqrt(a2);
-            square += a2;
-            count += 1;
+            sums[0] += a2;
+            sums[1] += 1;
         }
-        mem_free(exact);
     }
-    comm_sum(&square, 1);
-    comm_sum(&count, 1);
-    const double floor = 1e-2 * sqrt(square / fmax(count, 1));
+    comm_sum(sums, 2);
+    const double floor = 1e-2 * sqrt(sums[0] / fmax(sums[1], 1));
     for (int64_t i = 0; i < n; i++) error[i] = floor > 0 ? error[i] / fmax(size[i], floor) : 0;
-    return n;
+    mem_free(size);
 }
 
-/* All ranks' errors on every rank, in rank order. */
-static int64_t share_errors(double *error, int64_t n)
+struct gravity_errors gravity_errors_shared(double *own, int64_t n)
 {
     int64_t *bytes = mem_array("gravity", int64_t, comm_size()), before = 0, total = 0;
-    comm_gather_counts(n * (int64_t)sizeof *error, bytes);
+    comm_gather_counts(n * (int64_t)sizeof *own, bytes);
     for (int r = 0; r < comm_size(); r++) {
-        if (r < comm_rank()) before += bytes[r] / (int64_t)sizeof *error;
-        total += bytes[r] / (int64_t)sizeof *error;
+        if (r < comm_rank()) before += bytes[r] / (int64_t)sizeof *own;
+        total += bytes[r] / (int64_t)sizeof *own;
     }
-    for (int64_t i = n - 1; i >= 0; i--) error[before + i] = error[i];
+    double *error = mem_array("gravity", double, total);
+    if (n > 0) memcpy(error + before, own, (size_t)n * sizeof *own);
     comm_gather_all(error, bytes);
+    struct gravity_errors e = gravity_errors_of(error, total);
+    mem_free(error);
     mem_free(bytes);
-    return total;
+    return e;
 }
 
-void gravity_check_end(struct sim *sim, struct gravity *g, struct gravity_sample *sample)
+static void take_back(struct sim *sim, const struct gravity_sample *sample)
+{
+    for_species(sim, s)
+        if (s->n_own > 0) memcpy(s->acc + s->own, sample->part[s->kind].before, (size_t)s->n_own * sizeof *s->acc);
+}
+
+bool gravity_check_passes(struct sim *sim, struct gravity *g, struct gravity_sample *sample)
 {
     static const double aim = 0.6;  /* of the accuracy asked */
-    double *error = mem_array("gravity", double, 8 * SAMPLE);
-    int64_t n = share_errors(error, sample_errors(sim, g, sample, error));
-    struct gravity_errors e = gravity_errors_of(error, n);
+    double *error = mem_array("gravity", double, sample->n);
+    sample_errors(sim, sample, error);
+    struct gravity_errors e = gravity_errors_shared(error, sample->n);
+    mem_free(error);
     g->measured = e.p99;
     g->checked++;
     log_line("gravity: accuracy asked %.1e, measured %.1e (99 %% of %lld rows; median %.1e, largest %.1e), opening scaled by %.3f",
-             g->accuracy, e.p99, (long long)n, e.median, e.max, g->scale);
-    bool own_choice = g->opening.solver == SOLVER_TREE ? isnan(g->opening_angle) : true;
-    if (own_choice && e.p99 > 0) {
-        /* The error goes as alpha, and as the power 2.5 of the angle; changes are bounded. */
-        double change = aim * g->accuracy / e.p99;
-        change = fmin(fmax(change, 0.25), 4);
-        if (g->opening.solver == SOLVER_TREE) change = pow(change, 1 / 2.5);
-        g->scale = fmin(fmax(g->scale * change, 1e-3), 1e3);
-    }
+             g->accuracy, e.p99, (long long)e.n, e.median, e.max, g->scale);
+    bool tree = g->opening.solver == SOLVER_TREE;
+    if (!isnan(tree ? g->opening_angle : g->tolerance) || !(e.p99 > 0)) return true;
+    /* The error goes as alpha, or less steeply, and as the power 2.5 of the angle; changes are bounded. */
+    double change = fmin(fmax(aim * g->accuracy / e.p99, 0.25), 4);
+    g->scale = fmin(fmax(g->scale * (tree ? pow(change, 1 / 2.5) : change), 1e-3), 1e3);
+    if (e.p99 <= g->accuracy || ++sample->trials == TRIALS) return true;
+    take_back(sim, sample);
+    return false;
+}
+
+void gravity_check_end(struct gravity_sample *sample)
+{
     for (int k = 0; k < N_SPECIES; k++) {
         mem_free(sample->part[k].row);
+        mem_free(sample->part[k].exact);
         mem_free(sample->part[k].before);
     }
     mem_free(sample);
-    mem_free(error);
 }

@@ -123,22 +123,14 @@ static struct reference reference_make(const struct sim *sim, const struct gravi
 
 static struct gravity_errors reference_compare(const struct sim *sim, const struct reference *r)
 {
-    int64_t n = 0, *bytes = mem_array("gravity", int64_t, comm_size()), before = 0;
+    int64_t n = 0, i = 0;
     for (int k = 0; k < N_SPECIES; k++) n += r->n[k];
-    comm_gather_counts(n * (int64_t)sizeof(double), bytes);
-    int64_t total = 0;
-    for (int rank = 0; rank < comm_size(); rank++) {
-        if (rank < comm_rank()) before += bytes[rank] / (int64_t)sizeof(double);
-        total += bytes[rank] / (int64_t)sizeof(double);
-    }
-    double *error = mem_array("gravity", double, total);
+    double *error = mem_array("gravity", double, n);
     for_species(sim, s)
-        for (int64_t i = 0; i < r->n[s->kind]; i++)
-            error[before++] = relative_error(s->acc[r->row[s->kind][i]], r->exact[s->kind][i]);
-    comm_gather_all(error, bytes);
-    struct gravity_errors e = gravity_errors_of(error, total);
+        for (int64_t j = 0; j < r->n[s->kind]; j++)
+            error[i++] = relative_error(s->acc[r->row[s->kind][j]], r->exact[s->kind][j]);
+    struct gravity_errors e = gravity_errors_shared(error, n);
     mem_free(error);
-    mem_free(bytes);
     return e;
 }
 

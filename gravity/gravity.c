@@ -35,6 +35,9 @@ static const struct param params[] = {
     {"opening_angle", PARAM_REAL, "", "none", 0.05, 2, NULL,
      "tree: a cell acts as a whole if its side is below this times its distance; default: from accuracy", true,
      offsetof(struct gravity, opening_angle)},
+    {"tolerance", PARAM_REAL, "", "none", 1e-9, 10, NULL,
+     "fmm: largest error of one cell over the least acceleration in its target; default: from accuracy", true,
+     offsetof(struct gravity, tolerance)},
     {"order", PARAM_COUNT, "", "none", 1, GRAVITY_ORDER_MAX, NULL,
      "tree: 1 monopoles, 2 quadrupoles; fmm: 3 to 6; default: from accuracy", true,
      offsetof(struct gravity, order)},
@@ -94,6 +97,7 @@ static void set_opening(struct sim *sim, struct gravity *g)
     if (g->leaf_size > 0) o->leaf_size = (int)g->leaf_size;
     if (o->leaf_size > o->group_size) o->leaf_size = o->group_size;
     if (!isnan(g->opening_angle)) o->theta = g->opening_angle;
+    if (!isnan(g->tolerance)) o->alpha = g->tolerance;
 }
 
 static void check_settings(struct sim *sim, struct gravity *g)
@@ -110,6 +114,8 @@ static void check_settings(struct sim *sim, struct gravity *g)
         problems_add(&sim->problems, "gravity.order: fmm has orders %d to %d", GRAVITY_ORDER_MIN, GRAVITY_ORDER_MAX);
     if (g->solver != SOLVER_TREE && !isnan(g->opening_angle))
         problems_add(&sim->problems, "gravity.opening_angle: only the tree opens by an angle (solver: tree)");
+    if (g->solver != SOLVER_FMM && !isnan(g->tolerance))
+        problems_add(&sim->problems, "gravity.tolerance: only the fmm opens by an error (solver: fmm)");
 }
 
 static void declare(struct sim *sim, void *state)
@@ -177,10 +183,12 @@ static void force(struct sim *sim, void *state)
 {
     struct gravity *g = state;
     learn(sim, g);
-    bool check = gravity_check_due(sim, g);
-    struct gravity_sample *sample = check ? gravity_check_begin(sim, g) : NULL;
+    struct gravity_sample *sample = gravity_check_due(sim, g) ? gravity_check_begin(sim, g) : NULL;
     compute(sim, g, OUTPUT_FORCE);
-    if (check) gravity_check_end(sim, g, sample);
+    if (sample) {
+        while (!gravity_check_passes(sim, g, sample)) compute(sim, g, OUTPUT_FORCE);
+        gravity_check_end(sample);
+    }
     if (sim->want_potential) sim->fresh_potential = true;
 }
 

@@ -21,7 +21,7 @@ struct gravity_opening {
 
 struct gravity {
     /* Parameters, as in the scene. */
-    double softening, softening_of[N_SPECIES], accuracy, opening_angle, time_step;
+    double softening, softening_of[N_SPECIES], accuracy, opening_angle, tolerance, time_step;
     int64_t order, group_size, leaf_size;
     int softening_kernel, solver, precision, instructions;
 
@@ -83,11 +83,15 @@ void gravity_settings(struct gravity_opening *opening, double accuracy);
  * and `floor`. */
 struct gravity_errors { int64_t n; double rms, median, p99, max; };
 struct gravity_errors gravity_errors_of(double *error, int64_t n);
+/* The same of the errors of all ranks together. */
+struct gravity_errors gravity_errors_shared(double *own, int64_t n);
 
 /* The self-check: a sample of about 1024 rows, chosen by their ids, against direct sums. */
 struct gravity_sample;
 bool gravity_check_due(const struct sim *sim, const struct gravity *g);
 struct gravity_sample *gravity_check_begin(struct sim *sim, const struct gravity *g);
-/* Logs asked and measured, scales the opening, frees the sample. */
-void gravity_check_end(struct sim *sim, struct gravity *g, struct gravity_sample *sample);
+/* Logs asked and measured and scales the opening. False if the force just added misses what was
+ * asked: it is taken back then and has to be computed again. */
+bool gravity_check_passes(struct sim *sim, struct gravity *g, struct gravity_sample *sample);
+void gravity_check_end(struct gravity_sample *sample);
 #endif

@@ -5,9 +5,9 @@
 #include <string.h>
 
 static const struct gravity_kernels kernels[] = {
-    { "v4", 16, &gravity_pair_table_v4, &gravity_far_table_v4, &gravity_exact_table_v4 },
-    { "v3", 8, &gravity_pair_table_v3, &gravity_far_table_v3, &gravity_exact_table_v3 },
-    { "v2", 4, &gravity_pair_table_v2, &gravity_far_table_v2, &gravity_exact_table_v2 },
+    { "v4", 16, &gravity_pair_table_v4, &gravity_far_table_v4, &gravity_exact_table_v4, &gravity_judge_table_v4 },
+    { "v3", 8, &gravity_pair_table_v3, &gravity_far_table_v3, &gravity_exact_table_v3, &gravity_judge_table_v3 },
+    { "v2", 4, &gravity_pair_table_v2, &gravity_far_table_v2, &gravity_exact_table_v2, &gravity_judge_table_v2 },
 };
 
 static bool kernels_run(const struct gravity_kernels *k)

@@ -25,17 +25,43 @@ struct gravity_sources {
     float *soft;
 };
 
-/* A cell as a walk sees it. Moments are in units of mass and powers of `scale`. */
+/* A cell as a walk sees it, a cache line. Moments are in units of mass and powers of `scale`. */
 struct gravity_cell {
     double pos[3];              /* centre of mass now */
     float reach;                /* all rows lie within this of pos */
-    float scale;                /* a power of two near reach */
+    float scale;                /* a power of two near reach; 0: below a leaf */
     float mass;                 /* times G */
     float power[5];             /* binomial(order, k) |M_k|, k = 2 to 6 */
     int32_t child;
     int16_t n_children;         /* 0: a leaf */
-    bool group;                 /* small enough to be a target group, or within one */
+    int16_t group;              /* small enough to be a target group, or within one */
 };
+
+/* What a walk decides about a source cell for a target cell. */
+enum gravity_verdict {
+    GRAVITY_LOCAL,              /* into the target's local expansion */
+    GRAVITY_FAR,                /* acts on the rows of the group */
+    GRAVITY_NEAR,               /* its rows act on the rows of the group */
+    GRAVITY_WAIT,               /* handed down to the target's children; of a group: itself */
+    GRAVITY_OPEN,               /* its children are judged instead */
+    GRAVITY_VERDICTS
+};
+/* A target cell and its bounds for accepting a source. Floats are in units of `unit`. */
+struct gravity_view {
+    double centre[3], unit;
+    int32_t cell;
+    int32_t group;              /* 0 or 1 */
+    float half[3], radius;      /* of its box */
+    float tolerance;            /* largest error of one cell */
+    float quadrupole;           /* |M_2| is this times power[0] */
+    float support, near2;       /* cells act beyond: softening */
+    float theta2, theta2_target, theta2_cell;   /* opening angles squared */
+    float open_ratio;           /* a source this much larger than the target is opened */
+};
+typedef void gravity_judge(int32_t *verdict, const struct gravity_view *v, const struct gravity_cell *cell,
+                           const int32_t *list, int64_t n);
+struct gravity_judge_table { gravity_judge *fmm[GRAVITY_ORDERS], *tree; };
+extern const struct gravity_judge_table gravity_judge_table_v2, gravity_judge_table_v3, gravity_judge_table_v4;
 
 /* Cells that act on one target: `list` of n. Lengths are taken in units of `scale` from `centre`. */
 struct gravity_far {
@@ -87,6 +113,7 @@ struct gravity_kernels {
     const struct gravity_pair_table *pair;
     const struct gravity_far_table *far;
     const struct gravity_exact_table *exact;
+    const struct gravity_judge_table *judge;
 };
 /* The table named ("v2", "v3", "v4"), or the best that this processor runs if isa is NULL. NULL if
  * there is no such table or the processor lacks the instructions. */

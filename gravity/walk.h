@@ -7,15 +7,15 @@
 
 /* A growing list of cells. */
 struct list { int32_t *item; int64_t n, capacity; };
-static inline void list_reserve(void **block, int64_t *capacity, int64_t n, size_t bytes)
+static inline void list_reserve(struct list *list, int64_t n)
 {
-    if (n <= *capacity) return;
-    *capacity = n + n / 2 + 64;
-    *block = mem_resize("gravity", *block, (size_t)*capacity * bytes);
+    if (n <= list->capacity) return;
+    list->capacity = n + n / 2 + 64;
+    list->item = mem_resize("gravity", list->item, (size_t)list->capacity * sizeof *list->item);
 }
 static inline void list_add(struct list *list, int32_t item)
 {
-    list_reserve((void **)&list->item, &list->capacity, list->n + 1, sizeof *list->item);
+    list_reserve(list, list->n + 1);
     list->item[list->n++] = item;
 }
 
@@ -30,9 +30,8 @@ struct walk {
     float quadrupole;           /* |M_2| is this times power[0] */
     struct list waiting;        /* a stack: sources handed down, level below level */
     struct list opened, local, near, far;   /* of the present target; `far` is a stack too */
-    int32_t *path;              /* from the task to the root */
-    int64_t path_capacity;
-    int depth;
+    struct list verdict;        /* one a source being judged */
+    struct list path;           /* from the task to the root */
     struct gravity_targets targets;
     struct row *row;            /* of the targets */
     struct gravity_sources own, sources;

@@ -68,12 +68,17 @@ static bool look_further(const struct seeker *s, struct wish *w)
     return false;
 }
 
+/* Of the set's size: more rows than a tile holds that are closer are at one place, and need an h_min. */
+static const float one_place = 1e-12f;
+
 /* Next reach of a row that has more rows in reach than a tile holds. */
 static bool look_closer(const struct seeker *s, struct wish *w)
 {
+    float least = fmaxf(one_place * s->most, 2 * (float)s->sph->h_min);
     w->high = w->reach;
-    w->reach = w->low > 0 ? sqrtf(w->low * w->high) : 0.5f * w->reach;
-    if (w->reach > w->low && w->reach < w->high && w->reach > 0) return true;
+    w->reach = w->low > 0 ? sqrtf(w->low * w->high) : fmaxf(0.5f * w->high, least);
+    if (w->high > least && w->reach > w->low && w->reach < w->high) return true;
+    w->high = fmaxf(w->high, least);
     set_h(s, w->row, w->high * w->high);
     return false;
 }

@@ -1,0 +1,148 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Which source cells a target cell accepts: many sources at a time, in lanes. Compiled once an
+ * instruction set (see simd_v4.h). The rules are explained in walk.c. */
+#include "kernels.h"
+#include <stddef.h>
+#include <string.h>
+
+enum { CHUNK = 64 };
+/* Words of a record: a position, then the cell from `reach` to its end. */
+enum { X, Y, Z, REACH = 4, SCALE, MASS, POWER, N_CHILDREN = 13, RECORD = 16 };
+enum { FIRST = offsetof(struct gravity_cell, reach), BYTES = offsetof(struct gravity_cell, group) + 2 - FIRST };
+_Static_assert(FIRST + (POWER - REACH) * 4 == offsetof(struct gravity_cell, power), "record as the cell");
+_Static_assert(FIRST + (N_CHILDREN - REACH) * 4 == offsetof(struct gravity_cell, n_children), "record as the cell");
+
+/* A cell's record with its position relative to the target, all as floats (or their bits). */
+static void judge_stage(float record[RECORD], const struct gravity_view *v, const struct gravity_cell *cell)
+{
+    double inverse = 1 / v->unit;
+    for (int k = 0; k < 3; k++) record[k] = (float)((cell->pos[k] - v->centre[k]) * inverse);
+    memcpy(record + REACH, (const char *)cell + FIRST, BYTES);
+}
+
+/* A batch of sources: fields in lanes. */
+struct batch { real field[RECORD]; };
+
+HD struct batch judge_load(const float (*record)[RECORD])
+{
+    struct batch b;
+    for (int column = 0; column < RECORD; column += LANES) {
+        real block[LANES];
+        for (int i = 0; i < LANES; i++) block[i] = simd_load(record[i] + column);
+        simd_transpose(block);
+        for (int i = 0; i < LANES; i++) b.field[column + i] = block[i];
+    }
+    return b;
+}
+
+HD real real_root(real x2)
+{
+    real y = real_rsqrt_guess(x2);
+    return y * (1.5f - 0.5f * x2 * y * y);
+}
+
+HD simd_int judge_leaf(struct batch b)
+{ return ((simd_int)b.field[N_CHILDREN] & 0xffff) == 0; }
+
+/* Error of the acceleration through the local expansion times d^2, against the tolerance: Dehnen
+ * (2014), eq. 16: sum over k of binomial(P, k) |M_k| r^(P-k) / d^P; no dipole. */
+HD simd_int judge_local(struct batch b, const struct gravity_view *v, real unit1, real d2, int order)
+{
+    real reach = b.field[REACH] * unit1, sum = reach + v->radius, edge = sum + v->support;
+    simd_int fits = (sum * sum < v->theta2 * d2) & (edge * edge < d2) & (d2 >= v->near2)
+                  & (v->radius * v->radius < v->theta2_target * d2);
+    real y = real_root(real_max(d2, real_splat(REAL_FLOOR)));
+    real t = v->radius * y, u = b.field[SCALE] * unit1 * y, power = u * u;
+    real error = b.field[MASS] * t * t + b.field[POWER] * power;
+    for (int k = 3; k <= order; k++) {
+        power *= u;
+        error = error * t + b.field[POWER + k - 2] * power;
+    }
+    return fits & (error < v->tolerance * d2);
+}
+
+HD real judge_outside(real d, float half)
+{
+    real away = real_max(d, -d) - half;
+    return real_max(away, real_splat(0));
+}
+
+/* Squared distance of the cell's centre from the target's box. */
+HD real judge_box(struct batch b, const struct gravity_view *v)
+{
+    real x = judge_outside(b.field[X], v->half[0]), y = judge_outside(b.field[Y], v->half[1]),
+         z = judge_outside(b.field[Z], v->half[2]);
+    return x * x + y * y + z * z;
+}
+
+/* May the cell act on the rows of a group? Its sphere never touches the group's box. */
+HD simd_int judge_cell(struct batch b, const struct gravity_view *v, real unit1, real least2)
+{
+    real reach = b.field[REACH] * unit1, edge = reach + v->support;
+    simd_int fits = (reach * reach < v->theta2_cell * least2) & (edge * edge < least2) & (least2 >= v->near2);
+    real y = real_root(real_max(least2, real_splat(REAL_FLOOR))), u = b.field[SCALE] * unit1 * y;
+    return fits & (v->quadrupole * b.field[POWER] * u * u * reach * y < v->tolerance * least2);
+}
+
+HD simd_int judge_choose(simd_int mask, simd_int a, simd_int b) { return (a & mask) | (b & ~mask); }
+HD simd_int judge_all(int32_t x) { return x - (simd_int){ 0 }; }
+
+HD simd_int judge_by_error(struct batch b, const struct gravity_view *v, int order)
+{
+    real unit1 = real_splat((float)(1 / v->unit));
+    real d2 = b.field[X] * b.field[X] + b.field[Y] * b.field[Y] + b.field[Z] * b.field[Z];
+    simd_int rest;
+    if (v->group) {
+        rest = judge_choose(judge_leaf(b), judge_all(GRAVITY_NEAR), judge_all(GRAVITY_OPEN));
+        rest = judge_choose(judge_cell(b, v, unit1, judge_box(b, v)), judge_all(GRAVITY_FAR), rest);
+    } else {
+        simd_int open = (b.field[REACH] * unit1 > v->open_ratio * v->radius) & ~judge_leaf(b);
+        rest = judge_choose(open, judge_all(GRAVITY_OPEN), judge_all(GRAVITY_WAIT));
+    }
+    return judge_choose(judge_local(b, v, unit1, d2, order), judge_all(GRAVITY_LOCAL), rest);
+}
+
+/* The side of the cube within the cell's sphere over the distance, for every group in the target. */
+HD simd_int judge_by_angle(struct batch b, const struct gravity_view *v)
+{
+    real unit1 = real_splat((float)(1 / v->unit)), reach = b.field[REACH] * unit1, edge = reach + v->support;
+    real side2 = 4.f / 3.f * reach * reach, edge2 = edge * edge, least2 = judge_box(b, v);
+    simd_int accept = (side2 < v->theta2 * least2) & (edge2 < least2) & (least2 >= v->near2), rest;
+    if (v->group) {
+        rest = judge_choose(judge_leaf(b), judge_all(GRAVITY_NEAR), judge_all(GRAVITY_OPEN));
+    } else {
+        real x = real_max(b.field[X], -b.field[X]) + v->half[0], y = real_max(b.field[Y], -b.field[Y]) + v->half[1],
+             z = real_max(b.field[Z], -b.field[Z]) + v->half[2], most2 = x * x + y * y + z * z;
+        simd_int hopeless = (side2 >= v->theta2 * most2) | (edge2 >= most2) | (most2 < v->near2);
+        rest = judge_choose(hopeless & ~judge_leaf(b), judge_all(GRAVITY_OPEN), judge_all(GRAVITY_WAIT));
+    }
+    return judge_choose(accept, judge_all(GRAVITY_FAR), rest);
+}
+
+/* `order` is a literal; 0: by angle. */
+HD void judge_list(int32_t *verdict, const struct gravity_view *v, const struct gravity_cell *cell,
+                   const int32_t *list, int64_t n, int order)
+{
+    float record[CHUNK][RECORD] __attribute__((aligned(64)));
+    for (int64_t from = 0; from < n; from += CHUNK) {
+        int count = n - from < CHUNK ? (int)(n - from) : CHUNK;
+        for (int i = 0; i < count; i++) judge_stage(record[i], v, &cell[list[from + i]]);
+        for (int i = count; i % LANES != 0; i++) memcpy(record[i], record[0], sizeof record[0]);
+        for (int i = 0; i < count; i += LANES) {
+            struct batch b = judge_load(&record[i]);
+            simd_int decided = order ? judge_by_error(b, v, order) : judge_by_angle(b, v);
+            simd_store((float *)verdict + from + i, (real)decided);
+        }
+    }
+}
+
+#define JUDGE(name, order) \
+    static void name(int32_t *verdict, const struct gravity_view *v, const struct gravity_cell *cell, \
+                     const int32_t *list, int64_t n) { judge_list(verdict, v, cell, list, n, order); }
+JUDGE(fmm_3, 3)
+JUDGE(fmm_4, 4)
+JUDGE(fmm_5, 5)
+JUDGE(fmm_6, 6)
+JUDGE(tree, 0)
+
+const struct gravity_judge_table SIMD_NAME(gravity_judge_table) = { { fmm_3, fmm_4, fmm_5, fmm_6 }, tree };
