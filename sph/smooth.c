@@ -23,9 +23,17 @@ struct seeker {
     float target, most;     /* rows to find, the row itself among them; no reach is larger */
 };
 
-/* A neighbour may have moved this part of 2h away since the last step before the search must be
- * repeated; the cost of the search grows with it. */
-static const float first_reach = 1.1f;
+/* The last neighbour may be farther than expected by this factor before the search must be repeated;
+ * the cost of the search grows with it. */
+static const float first_reach = 1.05f;
+
+/* What div v made of h during the step that ends now: only where the search begins depends on it. */
+static float expected_h(const struct sim *sim, int32_t i)
+{
+    const struct species *gas = &sim->species[GAS];
+    float growth = gas->div_v[i] * (float)timeline_step(&sim->time, gas->rung0[i]) / 3;
+    return gas->h[i] * expf(fmaxf(-sph_growth, fminf(growth, sph_growth)));
+}
 
 /* Where nothing is known: the radius that would hold the target if the smallest cell around that has
  * as many rows were uniform. */
@@ -151,7 +159,7 @@ static void search_batch(const struct seeker *s)
     struct wish wish[SPH_BATCH];
     for (int r = 0; r < s->batch->count; r++) {
         int32_t i = gas->active[s->batch->first + r];
-        wish[r] = (struct wish){i, 2 * first_reach * gas->h[i], 0, INFINITY};
+        wish[r] = (struct wish){i, 2 * first_reach * expected_h(s->sim, i), 0, INFINITY};
         if (!(gas->h[i] > 0)) wish[r].reach = guess_reach(s);
     }
     search_rows(s, wish, s->batch->count);
