@@ -77,9 +77,6 @@ static bool look_further(const struct seeker *s, struct wish *w)
     return false;
 }
 
-/* Of the set's size: more rows than a tile holds that are closer are at one place, and need an h_min. */
-static const float one_place = 1e-12f;
-
 /* Next reach of a row that has more rows in reach than a tile holds; false if that many are at its
  * own place. */
 static bool look_closer(const struct seeker *s, struct wish *w)
