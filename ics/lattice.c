@@ -173,13 +173,21 @@ static struct steps choose_steps(int64_t n, const double side[3])
     return best;
 }
 
+/* So few points that a box of them is no longer much like a lattice without bounds. */
+static const int64_t fewest = 500;
+
 void lattice_box(int64_t n, const double side[3], double (*pos)[3])
 {
     check(n < INT32_MAX);   /* products of two counts fit into 63 bits */
-    struct steps s = choose_steps(n, side);
+    int64_t copies = 1, m = n;
+    for (; m % 8 == 0 && m / 8 >= fewest; m /= 8) copies *= 2;
+    struct steps s = choose_steps(m, side);
 #pragma omp parallel for
     for (int64_t i = 0; i < n; i++) {
-        int64_t x[3] = {i, i * s.a % n, i * s.b % n};
-        for (int k = 0; k < 3; k++) pos[i][k] = side[k] * ((double)x[k] + 0.5) / (double)n;
+        int64_t j = i % m, copy = i / m;
+        const int64_t x[3] = {j, j * s.a % m, j * s.b % m};
+        const int64_t block[3] = {copy % copies, copy / copies % copies, copy / copies / copies};
+        for (int k = 0; k < 3; k++)
+            pos[i][k] = side[k] * ((double)block[k] + ((double)x[k] + 0.5) / (double)m) / (double)copies;
     }
 }

