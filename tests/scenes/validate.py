@@ -175,7 +175,7 @@ PROBLEMS = {
     "sedov": Problem(sedov, (4096, 32768, 262144), 32768),
     "noh": Problem(noh, (4000, 30000, 240000), 10000),
     "wave": Problem(wave, (1000, 8000, 64000), 0),
-    "wave_inviscid": Problem(wave, (1000, 8000, 64000), 1000, "wave", INVISCID),
+    "wave_inviscid": Problem(wave, (1000, 8000), 1000, "wave", INVISCID),
     "evrard": Problem(evrard, (3800, 30000), 0, settings=("time.end=0.8", "output.snapshot_every=0.2")),
 }
 
