@@ -13,7 +13,8 @@
  * percentile lies at or below the first column. The self-check does the rest. */
 struct front { double accuracy; int order; double theta, alpha; };
 static const struct front tree_front[] = {
-    {1e-1, 1, 1.10, 0}, {3e-2, 1, 1.00, 0}, {1e-2, 2, 0.80, 0}, {3e-3, 2, 0.60, 0}, {1e-3, 2, 0.45, 0}, {1e-4, 2, 0.25, 0}, {0, 0, 0, 0},
+    {1e-1, 1, 1.10, 0}, {3e-2, 1, 1.00, 0}, {1e-2, 2, 0.80, 0}, {3e-3, 2, 0.60, 0},
+    {1e-3, 2, 0.45, 0}, {1e-4, 2, 0.25, 0}, {0, 0, 0, 0},
 };
 static const struct front fmm_front[] = {
     {1e-1, 3, 0, 3e-2}, {1e-2, 3, 0, 3e-3}, {3e-3, 4, 0, 1e-3}, {1e-3, 5, 0, 2e-4}, {3e-4, 6, 0, 7e-5},

@@ -6,7 +6,9 @@
  * Then the steps of neighbours are brought within a factor of 4 of each other (Saitoh & Makino 2009):
  * the longer one is shortened, and a sleeping row whose step would be too long is woken. Wishes are
  * minima, applied round by round until none is left, so their order does not matter. */
+#include "comm.h"
 #include "mem.h"
+#include "ranks.h"
 #include "sph.h"
 #include <math.h>
 #include <omp.h>
@@ -153,10 +155,31 @@ static void apply(const struct sim *sim, const struct sph *sph, int32_t i)
     else gas->rung[i] = sph->next_rung[i];
 }
 
+/* Every rank learns the wishes of all: what is granted is then the same everywhere. */
+static void share_wishes(struct wishes *wishes)
+{
+    int size = comm_size();
+    if (size == 1) return;
+    int64_t *bytes = mem_array("sph", int64_t, size), total = 0, before = 0;
+    comm_gather_counts(wishes->n * (int64_t)sizeof *wishes->list, bytes);
+    for (int r = 0; r < size; r++) {
+        if (r < comm_rank()) before += bytes[r];
+        total += bytes[r];
+    }
+    struct wish *all = mem_alloc("sph", (size_t)total + 1);
+    if (wishes->n > 0) memcpy((char *)all + before, wishes->list, (size_t)bytes[comm_rank()]);
+    comm_gather_all(all, bytes);
+    mem_free(wishes->list);
+    mem_free(bytes);
+    wishes->list = all;
+    wishes->n = wishes->capacity = total / (int64_t)sizeof *all;
+}
+
 static void even_out(struct sim *sim, struct sph *sph)
 {
     struct wishes wishes = {0}, granted = {0};
     compare_batches(sim, sph, &wishes);
+    share_wishes(&wishes);
     grant(sph->next_rung, &wishes, &granted);
     for (int64_t w = 0, end; w < granted.n; w = end) {
         wishes.n = 0;
@@ -178,11 +201,12 @@ void sph_limit(struct sim *sim, void *state)
         int32_t i = gas->active[a];
         gas->dt[i] = fminf(gas->dt[i], (float)longest_step(sim, sph, i));
     }
-    if (sim->time.common || gas->n_active == 0) return;
+    if (sim->time.common || gas->n_ending == 0) return;
+    ranks_share(sim, (uint64_t)1 << COLUMN_dt);
     sph->next_rung = mem_resize("sph", sph->next_rung, (size_t)gas->n);
     memcpy(sph->next_rung, gas->rung, (size_t)gas->n);
-    for (int64_t a = 0; a < gas->n_active; a++) {
-        int32_t i = gas->active[a];
+    for (int64_t e = 0; e < gas->n_ending; e++) {
+        int32_t i = gas->ending[e];
         int rung = timeline_rung(&sim->time, (double)gas->dt[i]);
         sph->next_rung[i] = (uint8_t)(rung > 0 ? rung : 0);
     }

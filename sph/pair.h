@@ -63,7 +63,8 @@ HD struct sph_force sph_force_pair(struct sph_place i, struct sph_state si, stru
     float slope = j.mass * r1 * (h2 * h2) * sph_kernel_slope(q, kind);
     float closing = g.vr < 0.0f ? g.vr : 0.0f, c = si.half_c + sj.half_c;
     float h_all = h * all, mu = closing * h * (h_all * rho2);
-    float stress = si.p + sj.p + mu * (visc.beta * mu - visc.alpha * c) * (h_all * d) * (si.balsara + sj.balsara), f = slope * stress;
+    float stress = si.p + sj.p + mu * (visc.beta * mu - visc.alpha * c) * (h_all * d) * (si.balsara + sj.balsara);
+    float f = slope * stress;
     float heat = slope * g.vr * (g.vr > 0.0f ? si.p : 0.5f * stress);
     float signal = q < 2.0f ? 2.0f * c - 3.0f * closing * r1 : 0.0f;
     return (struct sph_force){f * g.x, f * g.y, f * g.z, heat, signal};

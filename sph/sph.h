@@ -6,9 +6,9 @@
  * rows within its reach are staged once into a tile of floats about its centre, predicted to now;
  * clusters of SPH_LANES rows then run down the part of the tile that is near them.
  *
- * Sleeping rows keep h, rho and the Balsara factor of their last own step; position, velocity and u
- * are predicted. h of an active row changes what its sleeping neighbours would find, but they see it
- * only at their own next step. */
+ * Of sleeping rows, position, velocity and u are predicted; rho and h follow div v (sph_rho_now); the
+ * Balsara factor is that of their last own step. h of an active row changes what its sleeping
+ * neighbours would find, but they see it only at their own next step. */
 #ifndef TEPHRA_SPH_H
 #define TEPHRA_SPH_H
 #include "lanes.h"

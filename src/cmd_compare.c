@@ -18,7 +18,7 @@ static const char usage[] = "compare A.hdf5 B.hdf5 [--tolerance X]";
 struct side { struct h5 *file; const char *path; struct table *table; int n; };
 
 /* Rows of equal id in both tables. */
-struct match { int32_t *a, *b; int64_t n, only_a, only_b; };
+struct match { const struct table *in[2]; int32_t *a, *b; int64_t n, only_a, only_b; };
 
 struct result { bool differs, inexact; double tolerance; };
 
@@ -58,7 +58,7 @@ static uint64_t *sorted_ids(struct h5 *file, const struct table *table, int32_t 
 static struct match match_rows(const struct side *a, const struct table *in_a, const struct side *b,
                                const struct table *in_b)
 {
-    struct match match = {0};
+    struct match match = {.in = {in_a, in_b}};
     uint64_t *id_a = sorted_ids(a->file, in_a, &match.a), *id_b = sorted_ids(b->file, in_b, &match.b);
     int64_t i = 0, j = 0;
     while (i < in_a->rows && j < in_b->rows) {
@@ -104,11 +104,12 @@ static void compare_values(const char *name, const struct match *match, int comp
     if (!(worst <= result->tolerance * largest)) result->differs = true;
 }
 
-static void compare_set(const struct side *a, const struct table *in_a, const struct side *b,
-                        const struct table *in_b, const char *name, const struct match *match, struct result *result)
+static void compare_set(const struct side *a, const struct side *b, const char *name, const struct match *match,
+                        struct result *result)
 {
     int wide_a = 0, wide_b = 0;
-    double *value[2] = {tables_read(a->file, in_a, name, &wide_a), tables_read(b->file, in_b, name, &wide_b)};
+    double *value[2] = {tables_read(a->file, match->in[0], name, &wide_a),
+                        tables_read(b->file, match->in[1], name, &wide_b)};
     if (value[0] && value[1] && wide_a == wide_b) {
         compare_values(name, match, wide_a, value, result);
     } else {
@@ -138,9 +139,9 @@ static void compare_tables(const struct side *a, const struct table *in_a, const
     printf("  %-20s %12s %12s %12s\n", "data set", "largest diff", "rms diff", "largest");
     for (int i = 0; i < in_a->n_sets; i++)
         if (strcmp(in_a->set[i], in_a->id) != 0)
-            compare_set(a, in_a, b, in_b, in_a->set[i], &match, result);
+            compare_set(a, b, in_a->set[i], &match, result);
     for (int i = 0; i < in_b->n_sets; i++)
-        if (!tables_has(in_a, in_b->set[i])) compare_set(a, in_a, b, in_b, in_b->set[i], &match, result);
+        if (!tables_has(in_a, in_b->set[i])) compare_set(a, b, in_b->set[i], &match, result);
     mem_free(match.a);
     mem_free(match.b);
 }

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # Prints the energies of a run beside a reference: awk -f compare-energies.awk REFERENCE.csv energy.csv
-# Both have a header line whose names are t, kinetic, thermal and potential, with or without units.
+# Both have a header line whose names are t, kinetic, thermal and potential, with or without units. A
+# comment of the reference may say "Extrema: kinetic 0.452 at t = 0.876, thermal 1.763 at ...".
 BEGIN {
     FS = ","
     split("kinetic thermal potential", name, " ")
 }
-/^#/ { next }
+/^#/ { comment = comment " " $0; next }
 !head[FILENAME]++ {
     file++
     for (i = 1; i <= NF; i++) { sub(/ *\[.*/, "", $i); gsub(/^ +| +$/, "", $i); column[file, $i] = i }
@@ -35,7 +36,7 @@ END {
     for (k = 1; k <= 3; k++) printf " %10s %10s %8s", "tephra", "reference", "diff."
     printf "\n"
     for (i = 1; i <= n[1]; i++) {
-        if (t[1, i] > t[2, n[2]]) continue
+        if (t[1, i] > t[2, n[2]] || t[1, i] * 10 % 2 > 1e-9) continue
         printf "%6.2f", t[1, i]
         for (k = 1; k <= 3; k++) {
             v = at(t[1, i], k)
@@ -43,9 +44,14 @@ END {
         }
         printf "\n"
     }
+    sub(/.*Extrema:/, "", comment)
     for (k = 1; k <= 3; k++) {
-        sign = k == 3 ? -1 : 1
-        a = extreme(2, k, sign)
-        printf "%s %s of the run: %.4f at t = %.3f\n", (k == 3 ? "smallest" : "largest"), name[k], value[2, a, k], t[2, a]
+        a = extreme(2, k, (k == 3 ? -1 : 1))
+        printf "%s %s: %.3f at t = %.3f", (k == 3 ? "smallest" : "largest"), name[k], value[2, a, k], t[2, a]
+        if (match(comment, name[k] " -?[0-9.]+")) {
+            best = substr(comment, RSTART + length(name[k]) + 1, RLENGTH - length(name[k]) - 1)
+            printf "; reference %.3f, %.0f %% off", best, 100 * (value[2, a, k] / best - 1)
+        }
+        printf "\n"
     }
 }
