@@ -86,7 +86,7 @@ static void energy(struct sim *sim, void *state, struct energy_sink *sink)
     sink->add(sink, "thermal", thermal);
 }
 
-/* The cubic spline pairs particles beyond this number (Dehnen & Aly 2012; tests/test_sph_pairing). */
+/* The cubic spline pairs particles beyond this number (Dehnen & Aly 2012). */
 enum { CUBIC_NEIGHBOURS = 55 };
 
 static void warn(struct sim *sim, void *state)

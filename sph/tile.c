@@ -38,7 +38,7 @@ void sph_centre(struct sph_work *work, const struct sim *sim, struct sph_region 
     }
 }
 
-struct sph_place sph_place_row(const struct sph_work *work, const struct sim *sim, int32_t i)
+static inline struct sph_place place_row(const struct sph_work *work, const struct sim *sim, int32_t i)
 {
     const struct species *gas = &sim->species[GAS];
     double t = timeline_lag(&sim->time, gas->rung[i], gas->rung0[i]);
@@ -49,6 +49,11 @@ struct sph_place sph_place_row(const struct sph_work *work, const struct sim *si
         v[k] = (float)(integrate_velocity(gas->vel[i][k], a, t) - work->vel[k]);
     }
     return (struct sph_place){x[0], x[1], x[2], 0.5f * sph_h_now(sim, i), v[0], v[1], v[2], (float)gas->mass[i]};
+}
+
+struct sph_place sph_place_row(const struct sph_work *work, const struct sim *sim, int32_t i)
+{
+    return place_row(work, sim, i);
 }
 
 static inline struct sph_state state_row(const struct sim *sim, const struct sph *sph, int32_t i)
@@ -76,15 +81,27 @@ static inline void put(struct sph_work *work, int slot, int32_t row, struct sph_
     work->row[slot] = row;
 }
 
+/* fmax and fmaxf are calls, since they must see NaN. */
+static inline double larger(double a, double b) { return a > b ? a : b; }
+static inline float larger_float(float a, float b) { return a > b ? a : b; }
+
 /* Squared distance of a box given by its ends, about the work's centre, from the batch's box. */
-static inline double gap2(const struct sph_work *work, const double low[3], const double high[3])
+static inline double box_gap2(const struct sph_work *work, const double low[3], const double high[3])
 {
     double sum = 0;
     for (int k = 0; k < 3; k++) {
-        double half = (double)work->half[k], gap = fmax(fmax(low[k] - half, -half - high[k]), 0);
+        double half = (double)work->half[k], gap = larger(larger(low[k] - half, -half - high[k]), 0);
         sum += gap * gap;
     }
     return sum;
+}
+
+/* The same of a row. */
+static inline float row_gap2(const struct sph_work *work, const struct sph_place *p)
+{
+    float x = larger_float(fabsf(p->x) - work->half[0], 0), y = larger_float(fabsf(p->y) - work->half[1], 0);
+    float z = larger_float(fabsf(p->z) - work->half[2], 0);
+    return x * x + y * y + z * z;
 }
 
 struct walk { float reach; bool mutual; int64_t skip; };
@@ -102,22 +119,21 @@ static bool node_near(const struct sph_work *work, const struct tree *tree, int3
         low[k] = x + (double)node->low[k];
         high[k] = x + (double)node->high[k];
     }
-    return gap2(work, low, high) <= margin * reach * reach;
+    return box_gap2(work, low, high) <= margin * reach * reach;
 }
 
 static void take_leaf(struct sph_work *work, const struct sim *sim, const struct node *node, struct walk *walk)
 {
     struct sph_tile *tile = &work->tile;
     for (int32_t i = node->first[GAS]; i < node->first[GAS] + node->count[GAS]; i++) {
-        struct sph_place p = sph_place_row(work, sim, i);
-        double x[3] = {(double)p.x, (double)p.y, (double)p.z};
-        double own = walk->mutual ? 2 * (double)p.half_h : 0, reach = (double)walk->reach + own;
-        if (gap2(work, x, x) > margin * reach * reach || walk->skip-- > 0) continue;
+        struct sph_place p = place_row(work, sim, i);
+        float own = walk->mutual ? 2 * p.half_h : 0, reach = walk->reach + own;
+        if (row_gap2(work, &p) > (float)margin * reach * reach || walk->skip-- > 0) continue;
         if (tile->n == SPH_TILE) {
             work->more = true;
             return;
         }
-        tile->reach[tile->n] = (float)own;
+        tile->reach[tile->n] = own;
         put(work, tile->n++, i, p);
     }
 }
@@ -189,7 +205,7 @@ void sph_stage(struct sph_work *work, const struct sim *sim, const int32_t *row,
     bool closed = box_closed(&sim->box);
     for (int k = 0; k < n; k++) {
         if (closed) choose_image(work, sim, row[k]);
-        struct sph_place p = sph_place_row(work, sim, row[k]);
+        struct sph_place p = place_row(work, sim, row[k]);
         work->tile.reach[k] = 2.0f * p.half_h;
         put(work, k, row[k], p);
     }

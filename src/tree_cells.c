@@ -194,5 +194,7 @@ bool tree_cells(struct sim *sim)
         split(&b, 0);
     }
     for (int s = 0; s < N_SPECIES; s++) mem_free(b.high[s]);
+    tree->capacity = tree->n_nodes;     /* what growing took too much */
+    tree->node = mem_resize("tree", tree->node, (size_t)tree->capacity * sizeof *tree->node);
     return true;
 }

@@ -353,7 +353,6 @@ static void cells_know_their_largest_h(void **state)
 {
     (void)state;
     struct sim *sim = case_new(2500, case_random, NULL);
-    const struct species *gas = case_gas(sim);
     case_arrange(sim);
     case_density(sim);
     case_force(sim);

@@ -69,17 +69,19 @@ static bool pass_barriers()
     return any;
 }
 
+static void fiber_start(struct fiber *f, char *stack)
+{
+    getcontext(&f->context);
+    f->context.uc_stack.ss_sp = stack;
+    f->context.uc_stack.ss_size = STACK_BYTES;
+    f->context.uc_link = NULL;
+    makecontext(&f->context, fiber_main, 0);
+    f->state = READY;
+}
+
 static void run_block()
 {
-    for (int i = 0; i < shim.threads; i++) {
-        struct fiber *f = &shim.fiber[i];
-        getcontext(&f->context);
-        f->context.uc_stack.ss_sp = shim.stacks + (size_t)i * STACK_BYTES;
-        f->context.uc_stack.ss_size = STACK_BYTES;
-        f->context.uc_link = NULL;
-        makecontext(&f->context, fiber_main, 0);
-        f->state = READY;
-    }
+    for (int i = 0; i < shim.threads; i++) fiber_start(&shim.fiber[i], shim.stacks + (size_t)i * STACK_BYTES);
     do {
         for (int i = 0; i < shim.threads; i++)
             if (shim.fiber[i].state == READY) fiber_resume(i);
