@@ -24,7 +24,8 @@ static void direct_group(struct walk *w, int32_t n)
     }
     /* A power of two near the radius, but not so small that squares over the whole set overflow. */
     int exponent;
-    frexp(fmax(radius, ldexp(w->sim->tree.side, -20)), &exponent);
+    radius = fmax(radius, ldexp(w->sim->tree.side, -20));
+    frexp(radius, &exponent);
     struct stage stage = stage_at(w->sim, w->g, centre, radius > 0 ? ldexp(1, exponent) : 1);
     walk_begin_group(w, &stage, node);
     add_others(w, &stage, node);

@@ -25,6 +25,9 @@
     COLUMN(rho,      float,       , KEEP, "M L^-3",   "Density",         "density") \
     COLUMN(balsara,  float,       , KEEP, "1",        "",                "factor of the artificial viscosity, 0 in pure shear") \
     COLUMN(grav,     float,       , KEEP, "V^2 L^-1", "",                "size of the gravitational acceleration when last computed") \
+    COLUMN(metals,   double,      , KEEP, "M",        "Metallicity",     "mass fraction of metals (the column itself: their mass)") \
+    COLUMN(mass_o,   double,      , KEEP, "M",        "Oxygen",          "mass fraction of oxygen (the column itself: its mass)") \
+    COLUMN(mass_fe,  double,      , KEEP, "M",        "Iron",            "mass fraction of iron (the column itself: its mass)") \
     COLUMN(acc_old,  float,    [3], STEP, "V^2 L^-1", "",                "acceleration at the start of the step") \
     COLUMN(du_old,   float,       , STEP, "V^3 L^-1", "",                "du at the start of the step") \
     COLUMN(dt,       float,       , STEP, "L V^-1",   "",                "longest step that every module allows") \
@@ -49,6 +52,10 @@ enum column { SPECIES_COLUMNS(COLUMN) N_COLUMNS };
 #define NODE(name, ...) NODE_##name,
 enum node_column { NODE_COLUMNS(NODE) N_NODE_COLUMNS };
 #undef NODE
+
+/* Masses of elements, contiguous; snapshots and starting files hold them as fractions of the row's mass. */
+enum { FIRST_ELEMENT = COLUMN_metals, END_ELEMENTS = COLUMN_mass_fe + 1 };
+static inline int column_is_element(int c) { return c >= FIRST_ELEMENT && c < END_ELEMENTS; }
 
 struct column_info {
     const char *name;

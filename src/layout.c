@@ -79,6 +79,17 @@ double layout_kelvin(const struct sim *sim)
     return (parameter(sim, "gamma", 5.0 / 3) - 1) * parameter(sim, "mu", ionised) * CONST_M_PROTON / CONST_K_B * energy;
 }
 
+bool layout_temperatures(const struct sim *sim, float *kelvin)
+{
+    const struct species *gas = &sim->species[GAS];
+    double factor = layout_kelvin(sim);
+    if (factor == 0 || !gas->u) return false;
+    for (int64_t i = 0; i < gas->n; i++) kelvin[i] = (float)(factor * (double)gas->u[i]);
+    for (int u = 0; u < sim->n_use; u++)
+        if (sim->use[u].module->temperature) sim->use[u].module->temperature(sim, sim->use[u].state, kelvin);
+    return true;
+}
+
 double layout_gyr(const struct units *code, double time)
 {
     return code->physical ? time * (code->length / code->velocity / (1e9 * CONST_YEAR)) : time;

@@ -50,6 +50,7 @@ struct module {
     void (*hook[N_HOOKS])(struct sim *sim, void *state);
     void (*potential)(struct sim *sim, void *state);/* fills pot of all own rows, at full synchronisation */
     void (*energy)(struct sim *sim, void *state, struct energy_sink *sink); /* own rows; summed over ranks */
+    void (*temperature)(const struct sim *sim, const void *state, float *kelvin);   /* of all gas rows; NULL = not known */
     void (*warn)(struct sim *sim, void *state);     /* settings beyond a known boundary: log_warning */
 };
 

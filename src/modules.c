@@ -5,7 +5,7 @@
 
 #define MODULES(X) \
     X(output) X(time) X(box) X(tree) X(leapfrog) X(pec) \
-    X(gravity) X(sph) \
+    X(gravity) X(sph) X(cooling) \
     X(ranks) X(steps)
 
 #define GENERATORS(X) X(evrard) X(plummer) X(uniform)

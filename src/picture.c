@@ -93,8 +93,8 @@ static double (*project(const struct picture *picture, const struct panel *panel
 
 static float *pixel_row(void) { return mem_array("pictures", float, PIXELS); }
 
-/* Fills `panel->shown` with the mass per area, and `average`, if given, with the mean of u. */
-static void fill_map(const struct picture *picture, struct panel *panel, double mass_unit, double u_unit,
+/* Fills `panel->shown` with the mass per area, and `average`, if given, with the mean of a value of each row. */
+static void fill_map(const struct picture *picture, struct panel *panel, double mass_unit, const float *value,
                      float *average)
 {
     const struct species *table = panel->table;
@@ -106,13 +106,13 @@ static void fill_map(const struct picture *picture, struct panel *panel, double 
     for (int64_t i = 0; i < table->n; i++)
         if (isfinite(at[i][0] + at[i][1]))
             surface_add(surface, at[i], h ? (double)h[i] : (double)table->h[i] * scale, table->mass[i],
-                        h ? 0 : (double)table->u[i]);
+                        value ? (double)value[i] : 0);
     const float (*cell)[2] = surface_finish(surface);
     const float per_area = (float)(mass_unit * scale * scale);
     panel->shown = pixel_row();
     for (int i = 0; i < PIXELS; i++) {
         panel->shown[i] = log10f(cell[i][0] * per_area);
-        if (average) average[i] = log10f(cell[i][1] / cell[i][0] * (float)u_unit);
+        if (average) average[i] = log10f(cell[i][1] / cell[i][0]);
     }
     mem_free(h);
     mem_free(at);
@@ -156,12 +156,14 @@ static void choose_panels(const struct sim *sim, struct panel panel[2])
 
 static void fill_maps(const struct sim *sim, const struct picture *picture, struct panel panel[2])
 {
-    double kelvin = layout_kelvin(sim), mass_unit = surface_unit(&sim->units);
+    double mass_unit = surface_unit(&sim->units);
     bool gas = is_gas(panel[0].table);
-    float *average = gas ? pixel_row() : NULL;
-    fill_map(picture, &panel[0], mass_unit, kelvin > 0 ? kelvin : 1, average);
+    float *average = gas ? pixel_row() : NULL, *kelvin = gas ? mem_array("pictures", float, panel[0].table->n) : NULL;
+    bool known = gas && layout_temperatures(sim, kelvin);
+    fill_map(picture, &panel[0], mass_unit, known ? kelvin : gas ? panel[0].table->u : NULL, average);
     if (gas) panel[1].shown = average;
-    else fill_map(picture, &panel[1], mass_unit, 1, NULL);
+    else fill_map(picture, &panel[1], mass_unit, NULL, NULL);
+    mem_free(kelvin);
     for (int p = 0; p < 2; p++) panel[p].mass = panel[gas ? 0 : p].shown;
 }
 

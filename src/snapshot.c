@@ -75,6 +75,7 @@ static void write_column(struct h5 *file, const struct sim *sim, const struct sp
 {
     const struct column_info *info = &column_table[column];
     bool twice = column == COLUMN_h;
+    const char *unit = column_is_element(column) ? "1" : info->unit;
     const char *text = twice ? "radius of the kernel's support, twice the smoothing length" : info->text;
     char path[100];
     char kind = info->element_bytes == 1 ? 'b' : info->kind;
@@ -83,24 +84,28 @@ static void write_column(struct h5 *file, const struct sim *sim, const struct sp
     if (column == COLUMN_pos || column == COLUMN_vel) predict(sim, table, column, order, values);
     if (column == COLUMN_pos)
         for (int64_t i = 0; i < table->n; i++) box_wrap(&sim->box, (double *)values + 3 * i);
-    scale(kind, values, table->n * info->components, layout_factor(&sim->units, info->unit) * (twice ? 2 : 1));
+    if (column_is_element(column))
+        for (int64_t i = 0; i < table->n; i++) ((double *)values)[i] /= table->mass[order[i]];
+    scale(kind, values, table->n * info->components, layout_factor(&sim->units, unit) * (twice ? 2 : 1));
     snprintf(path, sizeof path, "PartType%d/%s", layout_type[table->kind], info->file_name);
     h5_write(file, path, kind, table->n, info->components, values);
-    describe(file, path, sim->units.physical, info->unit, text);
+    describe(file, path, sim->units.physical, unit, text);
     mem_free(values);
 }
 
 static void write_temperature(struct h5 *file, const struct sim *sim, const struct species *table,
                               const int32_t *order)
 {
-    double kelvin = layout_kelvin(sim);
-    if (kelvin == 0 || !table->u) return;
+    if (table->kind != GAS) return;
     char path[100];
-    float *values = mem_array("files", float, table->n);
-    for (int64_t i = 0; i < table->n; i++) values[i] = (float)(kelvin * (double)table->u[order[i]]);
-    snprintf(path, sizeof path, "PartType%d/Temperature", layout_type[table->kind]);
-    h5_write(file, path, 'f', table->n, 1, values);
-    describe(file, path, true, "K", "temperature, (gamma - 1) mu m_p u / k_B");
+    float *kelvin = mem_array("files", float, table->n), *values = mem_array("files", float, table->n);
+    if (layout_temperatures(sim, kelvin)) {
+        for (int64_t i = 0; i < table->n; i++) values[i] = kelvin[order[i]];
+        snprintf(path, sizeof path, "PartType%d/Temperature", layout_type[table->kind]);
+        h5_write(file, path, 'f', table->n, 1, values);
+        describe(file, path, true, "K", "temperature, (gamma - 1) mu m_p u / k_B");
+    }
+    mem_free(kelvin);
     mem_free(values);
 }
 

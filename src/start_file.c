@@ -190,7 +190,7 @@ static void read_column(const struct group *g, enum column column)
     char path[100];
     if (!find(g, info->file_name, path)) return;
     char *values = (char *)species_column(g->table, column) + (size_t)g->first * species_row_bytes(column);
-    double factor = file_factor(r, info->unit);
+    double factor = column_is_element(column) ? 1 : file_factor(r, info->unit);
     if (column == COLUMN_h) factor *= r->swift ? swift_support / 2 : 0.5;
     if (h5_read(r->file, path, info->element_bytes == 1 ? 'b' : info->kind, g->n, info->components, values))
         scale(info, values, g->n, factor);
@@ -208,6 +208,10 @@ static void fill_missing(const struct group *g, int64_t before)
             problems_add(&r->sim->problems, "%s: PartType%d has neither Masses nor an entry in MassTable",
                          r->path, g->type);
         for (int64_t i = g->first; i < g->first + g->n; i++) table->mass[i] = mass;
+    }
+    for (int c = FIRST_ELEMENT; c < END_ELEMENTS; c++) {    /* fractions become masses */
+        double *element = species_column(table, c);
+        for (int64_t i = g->first; element && i < g->first + g->n; i++) element[i] *= table->mass[i];
     }
     if (!find(g, "ParticleIDs", path)) {
         log_line("%s: PartType%d has no ParticleIDs: numbered in the file's order", r->path, g->type);
@@ -310,6 +314,7 @@ static void check_rows(struct reader *r)
         check_column(r, table, COLUMN_mass, 0);
         check_column(r, table, COLUMN_u, 0);
         check_column(r, table, COLUMN_h, 0);
+        for (int c = FIRST_ELEMENT; c < END_ELEMENTS; c++) check_column(r, table, c, 0);
     }
     check_ids(r);
 }

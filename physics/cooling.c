@@ -1,0 +1,212 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * The module `cooling`: radiative cooling and heating of the gas, split from hydrodynamics. Over the
+ * step that CORRECT has closed u follows the cooling curve at the density found at its end, exactly
+ * (cooling_curve.h, doc/manual/cooling.md). What leaves the gas and what heats it is booked. */
+#include "comm.h"
+#include "cooling_curve.h"
+#include "data.h"
+#include "log.h"
+#include "mem.h"
+#include "module.h"
+#include "sph/sph.h"
+#include <math.h>
+
+enum curve { TABLE, KOYAMA_INUTSUKA };
+enum reservoir { RADIATED, HEATED_PHOTO, HEATED_FLOOR, N_RESERVOIRS };
+static const char *const reservoir_names[N_RESERVOIRS] = {"radiated", "heated_photo", "heated_floor"};
+
+struct cooling {
+    /* Parameters. */
+    int curve;
+    char *table;
+    double floor, metallicity, photoelectric, mu, hydrogen;
+    /* State. */
+    struct cooling_table *data;
+    struct cooling_curve **bin;     /* by [Fe/H], from first_bin upwards; one where all gas is the same */
+    int n_bins;
+    double energy, density, time;   /* code units in cgs */
+    double booked[N_RESERVOIRS];    /* of all ranks, since the start; negative where the gas gained */
+    bool beyond;                    /* gas hotter than the table was met */
+};
+
+static const struct param params[] = {
+    {"curve", PARAM_CHOICE, "", "table", 0, 0, "table|koyama_inutsuka",
+     "table: by temperature and metallicity; koyama_inutsuka: two phases, with heating (2002, solar)", false,
+     offsetof(struct cooling, curve)},
+    {"table", PARAM_PATH, "", "none", 0, 0, NULL,
+     "file with a table of one's own; default: Sutherland & Dopita 1993, collisional ionisation equilibrium", false,
+     offsetof(struct cooling, table)},
+    {"floor", PARAM_REAL, "temperature", "none", 10, 1e9, NULL,
+     "lowest temperature, to which colder gas is raised; default: 1e4 K, or 10 K with koyama_inutsuka. Below 1e4 K the "
+     "table is continued with Dalgarno & McCray 1972", true, offsetof(struct cooling, floor)},
+    {"metallicity", PARAM_REAL, "", "0.02", 0, 1, NULL,
+     "mass fraction of metals, where no module follows those of each row", true, offsetof(struct cooling, metallicity)},
+    {"photoelectric", PARAM_REAL, "", "none", 0, 1e6, NULL,
+     "heating by dust in units of 2e-26 erg/s a hydrogen nucleus; default: 0, or 1 with koyama_inutsuka", true,
+     offsetof(struct cooling, photoelectric)},
+    {"constant_mu", PARAM_REAL, "", "none", 0.1, 10, NULL,
+     "one mean mass of a particle, in proton masses, instead of the table's (for tests)", false,
+     offsetof(struct cooling, mu)},
+    {"hydrogen", PARAM_REAL, "", "none", 0.01, 1, NULL,
+     "one mass fraction of hydrogen instead of the table's (for tests)", false, offsetof(struct cooling, hydrogen)},
+    {0}
+};
+
+static const struct saved saved[] = {
+    {"booked", offsetof(struct cooling, booked), sizeof((struct cooling *)0)->booked}, {0}};
+
+static const char *const requires[] = {"sph", NULL};
+
+/* Bins of [Fe/H], 0.1 apart, hit every column of the table; the first is gas without metals. */
+static const double first_bin = -5, bin_width = 0.1, last_bin = 0.5;
+
+static void declare(struct sim *sim, void *state)
+{
+    struct cooling *cooling = state;
+    const struct sph *sph = sim_state(sim, "sph");
+    bool koyama = cooling->curve == KOYAMA_INUTSUKA;
+    if (sph->eos == SPH_ISOTHERMAL)
+        problems_add(&sim->problems, "cooling needs gas with an energy equation: sph.eos is isothermal");
+    if (!sim->units.physical)
+        problems_add(&sim->problems, "cooling needs physical units, such as units: {length: kpc, mass: 1e10 Msun, "
+                     "velocity: km/s}: this scene is dimensionless");
+    if (isnan(cooling->floor)) cooling->floor = koyama ? 10 : 1e4;
+    if (isnan(cooling->photoelectric)) cooling->photoelectric = koyama ? 1 : 0;
+    char *path = cooling->table ? mem_text("cooling", cooling->table)
+                                : data_path("cooling_tables/sutherland_dopita_1993.txt");
+    cooling->data = cooling_table_read(path, &sim->problems);
+    mem_free(path);
+}
+
+static struct cooling_curve *make_curve(const struct cooling *cooling, double feh, double gamma)
+{
+    struct cooling_samples *samples = mem_alloc("cooling", sizeof *samples);
+    struct cooling_gas gas = {gamma, cooling->mu, cooling->hydrogen, cooling->floor,
+                              cooling->photoelectric * COOLING_KOYAMA_HEATING};
+    const double coldest = pow(10, cooling->data->log_t[0]);
+    if (cooling->curve == KOYAMA_INUTSUKA) cooling_table_sample_koyama(cooling->data, feh, samples);
+    else if (cooling->floor < coldest * (1 - 1e-9)) cooling_table_sample_low(cooling->data, feh, samples);
+    else cooling_table_sample(cooling->data, feh, samples);
+    struct cooling_curve *curve = cooling_curve_new(samples, &gas);
+    mem_free(samples);
+    return curve;
+}
+
+/* All gas on one curve, or one for each bin of metallicity if another module follows the metals. */
+static void begin(struct sim *sim, void *state)
+{
+    struct cooling *cooling = state;
+    const struct sph *sph = sim_state(sim, "sph");
+    bool followed = species_has(&sim->species[GAS], COLUMN_metals);
+    cooling->n_bins = followed ? 1 + (int)lround((last_bin - first_bin) / bin_width) : 1;
+    cooling->bin = mem_array("cooling", struct cooling_curve *, cooling->n_bins);
+    for (int b = 0; b < cooling->n_bins; b++) {
+        double feh = followed ? first_bin + b * bin_width : cooling_table_feh(cooling->metallicity);
+        cooling->bin[b] = make_curve(cooling, feh, sph->gamma);
+    }
+    cooling->energy = units_cgs(&sim->units, "specific_energy");
+    cooling->density = units_cgs(&sim->units, "density");
+    cooling->time = units_cgs(&sim->units, "time");
+}
+
+static void end(struct sim *sim, void *state)
+{
+    struct cooling *cooling = state;
+    (void)sim;
+    for (int b = 0; b < cooling->n_bins; b++) cooling_curve_free(cooling->bin[b]);
+    mem_free(cooling->bin);
+    cooling_table_free(cooling->data);
+}
+
+static const struct cooling_curve *curve_of(const struct cooling *cooling, const struct species *gas, int64_t i)
+{
+    if (cooling->n_bins == 1) return cooling->bin[0];
+    double place = (cooling_table_feh(gas->metals[i] / gas->mass[i]) - first_bin) / bin_width;
+    return cooling->bin[(int)fmin(fmax(place + 0.5, 0), cooling->n_bins - 1)];
+}
+
+/* What one row loses and gains over its step, added to `booked` in code units. */
+static void cool_row(const struct sim *sim, const struct cooling *cooling, int64_t i, double booked[N_RESERVOIRS])
+{
+    const struct species *gas = &sim->species[GAS];
+    const struct cooling_curve *curve = curve_of(cooling, gas, i);
+    double dt = timeline_step(&sim->time, gas->rung0[i]) * cooling->time;
+    if (dt == 0) return;
+    double floor = curve->node[0].u / cooling->energy, before = (double)gas->u[i], raised = fmax(before, floor);
+    gas->u[i] = (float)(cooling_curve_advance(curve, raised * cooling->energy, (double)gas->rho[i] * cooling->density, dt)
+                        / cooling->energy);
+    double heated = curve->heating * dt / cooling->energy;
+    booked[HEATED_FLOOR] -= gas->mass[i] * (raised - before);
+    booked[HEATED_PHOTO] -= gas->mass[i] * heated;
+    booked[RADIATED] += gas->mass[i] * (raised + heated - (double)gas->u[i]);
+}
+
+static double hottest(const struct cooling *cooling, const struct species *gas)
+{
+    double u = 0;
+    for (int64_t a = 0; a < gas->n_active; a++) u = fmax(u, (double)gas->u[gas->active[a]]);
+    return cooling_curve_temperature(cooling->bin[0], u * cooling->energy);
+}
+
+static void source(struct sim *sim, void *state)
+{
+    enum { BLOCK = 1024 };
+    struct cooling *cooling = state;
+    const struct species *gas = &sim->species[GAS];
+    const double table_end = pow(10, cooling->data->log_t[cooling->data->n_t - 1]);
+    if (!cooling->beyond && hottest(cooling, gas) > table_end) {
+        log_warning("cooling: gas is hotter than the table's %.3g K: continued with T^(1/2)", table_end);
+        cooling->beyond = true;
+    }
+    int64_t blocks = (gas->n_active + BLOCK - 1) / BLOCK;
+    double (*part)[N_RESERVOIRS] = mem_alloc("cooling", (size_t)blocks * sizeof *part), sum[N_RESERVOIRS] = {0};
+#pragma omp parallel for schedule(dynamic)
+    for (int64_t b = 0; b < blocks; b++)
+        for (int64_t a = b * BLOCK; a < (b + 1) * BLOCK && a < gas->n_active; a++)
+            cool_row(sim, cooling, gas->active[a], part[b]);
+    for (int64_t b = 0; b < blocks; b++)    /* in order: the same on any number of threads */
+        for (int k = 0; k < N_RESERVOIRS; k++) sum[k] += part[b][k];
+    mem_free(part);
+    comm_sum(sum, N_RESERVOIRS);
+    for (int k = 0; k < N_RESERVOIRS; k++) cooling->booked[k] += sum[k];
+}
+
+/* What is booked is that of all ranks, and a checkpoint gives it to each: one of them tells. */
+static void energy(struct sim *sim, void *state, struct energy_sink *sink)
+{
+    const struct cooling *cooling = state;
+    (void)sim;
+    for (int k = 0; k < N_RESERVOIRS; k++)
+        if (k != HEATED_PHOTO || cooling->photoelectric > 0)
+            sink->add(sink, reservoir_names[k], comm_rank() == 0 ? cooling->booked[k] : 0);
+}
+
+static void temperature(const struct sim *sim, const void *state, float *kelvin)
+{
+    const struct cooling *cooling = state;
+    const struct species *gas = &sim->species[GAS];
+    for (int64_t i = 0; i < gas->n; i++)
+        kelvin[i] = (float)cooling_curve_temperature(curve_of(cooling, gas, i), (double)gas->u[i] * cooling->energy);
+}
+
+static void warn(struct sim *sim, void *state)
+{
+    const struct cooling *cooling = state;
+    const struct cooling_table *data = cooling->data;
+    const bool koyama = cooling->curve == KOYAMA_INUTSUKA, followed = species_has(&sim->species[GAS], COLUMN_metals);
+    double feh = cooling_table_feh(cooling->metallicity);
+    if (!koyama && !followed && (feh < data->feh[0] || feh > data->feh[data->n_z - 1]))
+        log_warning("cooling.metallicity = %g: [Fe/H] = %.2f is beyond the table, whose nearest column is taken",
+                    cooling->metallicity, feh);
+    if (koyama && (followed || cooling->metallicity != 0.02))
+        log_warning("cooling.curve: koyama_inutsuka is of solar metallicity below 1.3e4 K, whatever the gas");
+    if (!koyama && cooling->photoelectric > 0)
+        log_warning("cooling.photoelectric: heats dust at every temperature and metallicity alike");
+}
+
+const struct module cooling_module = {
+    .name = "cooling", .doc = "radiative cooling of the gas, exactly integrated", .kind = MODULE_BLOCK,
+    .params = params, .requires = requires, .state_bytes = sizeof(struct cooling), .saved = saved,
+    .declare = declare, .begin = begin, .end = end, .energy = energy, .temperature = temperature, .warn = warn,
+    .hook = {[HOOK_SOURCE] = source},
+};
