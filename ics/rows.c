@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Rows of a generator: see rows.h. */
 #include "rows.h"
+#include <math.h>
 
 struct species *rows_make(struct sim *sim, enum species_kind kind, int64_t n, double mass)
 {
@@ -38,4 +39,16 @@ void rows_set_u(struct species *table, double u)
 {
     if (!species_has(table, COLUMN_u)) return;
     for (int64_t i = 0; i < table->n; i++) table->u[i] = (float)u;
+}
+
+bool rows_box(struct sim *sim, const char *generator, double length, double side[3])
+{
+    bool given = true;
+    for (int k = 0; k < 3; k++) {
+        side[k] = k == 0 && !isnan(length) ? length : sim->box.side[k];
+        if (side[k] > 0) continue;
+        problems_add(&sim->problems, "start.generator %s fills a box: give box.%c", generator, 'x' + k);
+        given = false;
+    }
+    return given;
 }

@@ -22,7 +22,8 @@ static void list_generators(void)
     }
     printf("all of them:\n");
     param_describe(stdout, "start", start_params, false);
-    printf("units.length, units.mass, units.velocity, units.G: as in a scene; without them G is 1\n");
+    printf("units.length, units.mass, units.velocity, units.G, box.x, box.y, box.z: as in a scene; without them\n"
+           "G is 1 and space open\n");
 }
 
 /* key=value as --set would have it: start.key=value, or as it is if it names a block. */
@@ -46,6 +47,7 @@ static struct scene *scene_of(int argc, char **argv, const char **out, struct pr
     const char *generator = NULL;
     scene_set(scene, "units={}", problems);
     scene_set(scene, "start={}", problems);
+    scene_set(scene, "box={}", problems);
     for (int i = 1; i < argc; i++) {
         bool option = strcmp(argv[i], "-o") == 0 || strcmp(argv[i], "--out") == 0;
         if (option && i + 1 < argc) *out = argv[++i];
@@ -73,6 +75,7 @@ static int ics_run(int argc, char **argv)
     sim->scene = scene_of(argc, argv, &out, &sim->problems);
     problems_report(&sim->problems);
     units_read(&sim->units, sim->scene, &sim->problems);
+    box_read(sim);
     start_read(sim);
     problems_report(&sim->problems);
     for (int s = 0; s < N_SPECIES; s++) sim->species[s].kind = (enum species_kind)s;

@@ -61,22 +61,12 @@ void layout_unit_text(bool physical, const char *unit, char *text, size_t size)
     }
 }
 
-/* The real parameter of that name of any module in use. */
-static double parameter(const struct sim *sim, const char *name, double fallback)
-{
-    for (int i = 0; i < sim->n_use; i++)
-        for (const struct param *p = sim->use[i].module->params; p && p->name; p++)
-            if (p->type == PARAM_REAL && strcmp(p->name, name) == 0)
-                return *(const double *)((const char *)sim->use[i].state + p->offset);
-    return fallback;
-}
-
 double layout_kelvin(const struct sim *sim)
 {
     if (!sim->units.physical) return 0;
     const double ionised = 0.6;     /* mean molecular weight of ionised gas of solar composition */
     double energy = sim->units.velocity * sim->units.velocity;
-    return (parameter(sim, "gamma", 5.0 / 3) - 1) * parameter(sim, "mu", ionised) * CONST_M_PROTON / CONST_K_B * energy;
+    return (sim_real(sim, "gamma", 5.0 / 3) - 1) * sim_real(sim, "mu", ionised) * CONST_M_PROTON / CONST_K_B * energy;
 }
 
 bool layout_temperatures(const struct sim *sim, float *kelvin)

@@ -8,7 +8,7 @@
     X(gravity) X(sph) X(cooling) \
     X(ranks) X(steps)
 
-#define GENERATORS(X) X(evrard) X(plummer) X(uniform)
+#define GENERATORS(X) X(evrard) X(medium) X(noh) X(plummer) X(sedov) X(tube) X(uniform) X(wave)
 
 #define COMMANDS(X) \
     X(run) X(check) X(ics) X(force_test) X(info) X(compare) X(params)

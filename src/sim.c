@@ -182,6 +182,15 @@ void *sim_state(const struct sim *sim, const char *module)
     return NULL;
 }
 
+double sim_real(const struct sim *sim, const char *name, double fallback)
+{
+    for (int u = 0; u < sim->n_use; u++)
+        for (const struct param *p = sim->use[u].module->params; p && p->name; p++)
+            if (p->type == PARAM_REAL && strcmp(p->name, name) == 0)
+                return *(const double *)((const char *)sim->use[u].state + p->offset);
+    return fallback;
+}
+
 void sim_fail(struct sim *sim, const struct species *table, int64_t row, const char *what)
 {
 #pragma omp critical(sim_failure)
