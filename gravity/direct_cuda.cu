@@ -46,7 +46,10 @@ static __device__ __forceinline__ void direct_add(struct target *t, float4 lead,
             dz += trail.z - t[k].trail.z;
         }
         float mass = own && index == t[k].own ? 0.f : lead.w;
-        struct pair p = pair_any(form, dx * dx + dy * dy + dz * dz, mass, trail.w + t[k].trail.w);
+        /* A softening that all rows share starts the sum of squares instead of being added to it. */
+        struct pair p = form == SOFT_COMMON
+                            ? pair_newton(2 * t[k].trail.w + dx * dx + dy * dy + dz * dz, mass)
+                            : pair_any(form, dx * dx + dy * dy + dz * dz, mass, trail.w + t[k].trail.w);
         t[k].x += p.pull * dx;
         t[k].y += p.pull * dy;
         t[k].z += p.pull * dz;

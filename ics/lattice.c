@@ -164,8 +164,8 @@ static struct steps choose_steps(int64_t n, const double side[3])
     struct steps best = {0, 0};
     double longest = 0;
     for (uint64_t t = 0; t < TRIES && longest < enough * densest; t++) {
-        const double part[2] = {random_uniform(&key, 2 * t), random_uniform(&key, 2 * t + 1)};
-        struct steps s = {(int64_t)((double)n * part[0]), (int64_t)((double)n * part[1])};
+        const double first = random_uniform(&key, 2 * t), second = random_uniform(&key, 2 * t + 1);
+        struct steps s = {(int64_t)((double)n * first), (int64_t)((double)n * second)};
         double length = apart(n, side, s);
         if (length <= longest) continue;
         longest = length;

@@ -132,9 +132,9 @@ static void cool_row(const struct sim *sim, const struct cooling *cooling, int64
     const struct cooling_curve *curve = curve_of(cooling, gas, i);
     double dt = timeline_step(&sim->time, gas->rung0[i]) * cooling->time;
     if (dt == 0) return;
-    double floor = curve->node[0].u / cooling->energy, before = (double)gas->u[i], raised = fmax(before, floor);
-    gas->u[i] = (float)(cooling_curve_advance(curve, raised * cooling->energy, (double)gas->rho[i] * cooling->density, dt)
-                        / cooling->energy);
+    double before = (double)gas->u[i], raised = fmax(before, curve->node[0].u / cooling->energy);
+    double rho = (double)gas->rho[i] * cooling->density;
+    gas->u[i] = (float)(cooling_curve_advance(curve, raised * cooling->energy, rho, dt) / cooling->energy);
     double heated = curve->heating * dt / cooling->energy;
     booked[HEATED_FLOOR] -= gas->mass[i] * (raised - before);
     booked[HEATED_PHOTO] -= gas->mass[i] * heated;

@@ -9,6 +9,10 @@
 
 #define for_lanes(l) _Pragma("omp simd") for (int l = 0; l < SPH_LANES; l++)
 
+/* An empty statement that the compiler cannot move: with -O3 gcc 12 would fuse several turns of the
+ * loop around it (unroll and jam) and leave most of the lanes' loop scalar, 2.8 times slower. */
+#define STAY_APART() __asm__ volatile("")
+
 static inline float larger(float a, float b) { return a > b ? a : b; }
 static inline float smaller(float a, float b) { return a < b ? a : b; }
 
@@ -52,6 +56,7 @@ HD void density_rows(const struct sph_lanes *restrict i, const struct sph_tile *
     struct sph_density_sums s = *sums;
     for (int k = 0; k < n; k++) {
         const struct sph_place j = tile->place[tile->list[k]];
+        STAY_APART();
         for_lanes(l) {
             struct sph_density d = sph_density_pair(lane_place(i, l), j, kind);
             s.rho[l] += d.rho;

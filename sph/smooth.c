@@ -7,14 +7,13 @@
  * where it holds more than a tile it looks less far, between bounds that close: no row can make the
  * search fail. In a set of too few rows 2h is the distance of the farthest, scaled to what n rows
  * would need; a row whose neighbours all lie at its own place takes the nearest of the others; a row with
- * none at all, or with more than a tile of them at its own place, keeps its h (or takes h_min, or 1). */
+ * none at all keeps its h (or takes h_min, or 1). */
 #include "sph.h"
-#include <float.h>
 #include <math.h>
 #include <omp.h>
 
 /* One row's search: it looks within `reach`; low held too few rows, high more than a tile. */
-struct wish { int32_t row; float reach, low, high, first; };
+struct wish { int32_t row; float reach, low, high; };
 
 struct seeker {
     struct sim *sim;
@@ -77,16 +76,18 @@ static bool look_further(const struct seeker *s, struct wish *w)
     return false;
 }
 
-/* Next reach of a row that has more rows in reach than a tile holds; false if that many are at its
- * own place. */
+/* Of the set's size: more rows than a tile holds that are closer are at one place, and need an h_min. */
+static const float one_place = 1e-12f;
+
+/* Next reach of a row that has more rows in reach than a tile holds. */
 static bool look_closer(const struct seeker *s, struct wish *w)
 {
-    if (!(w->high < INFINITY)) w->first = w->reach;
+    float least = fmaxf(one_place * s->most, 2 * (float)s->sph->h_min);
     w->high = w->reach;
-    w->reach = w->low > 0 ? sqrtf(w->low * w->high) : 0.125f * w->reach;
-    if (w->reach > w->low && w->reach < w->high && w->reach > FLT_EPSILON * w->first) return true;
-    if (w->low > 0) set_h(s, w->row, w->high * w->high);
-    else keep_h(s, w->row);
+    w->reach = w->low > 0 ? sqrtf(w->low * w->high) : fmaxf(0.5f * w->high, least);
+    if (w->high > least && w->reach > w->low && w->reach < w->high) return true;
+    w->high = fmaxf(w->high, least);
+    set_h(s, w->row, w->high * w->high);
     return false;
 }
 
@@ -158,7 +159,7 @@ static void search_batch(const struct seeker *s)
     struct wish wish[SPH_BATCH];
     for (int r = 0; r < s->batch->count; r++) {
         int32_t i = gas->active[s->batch->first + r];
-        wish[r] = (struct wish){i, 2 * first_reach * expected_h(s->sim, i), 0, INFINITY, 0};
+        wish[r] = (struct wish){i, 2 * first_reach * expected_h(s->sim, i), 0, INFINITY};
         if (!(gas->h[i] > 0)) wish[r].reach = guess_reach(s);
     }
     search_rows(s, wish, s->batch->count);

@@ -66,6 +66,7 @@ static void declare(struct sim *sim, void *state)
     } else if (isnan(sph->sound_speed)) {
         problems_add(&sim->problems, "sph.eos: isothermal needs sph.sound_speed");
     }
+    sim->energy_open = sph->eos == SPH_ISOTHERMAL;  /* what keeps the temperature takes energy away */
     tree_need(&sim->tree, NODE_h_max, 1);
     sph->loops = choose_loops();
 }

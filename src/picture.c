@@ -75,7 +75,8 @@ static void choose_frame(struct picture *picture, const struct species *table, c
 
 /* --- maps --- */
 
-static bool is_gas(const struct species *table) { return table->kind == GAS && table->h && table->u; }
+static bool has_kernel(const struct species *table) { return table->kind == GAS && table->h; }
+static bool has_heat(const struct species *table) { return has_kernel(table) && table->u; }
 
 /* Row positions in pixels. */
 static double (*project(const struct picture *picture, const struct panel *panel))[2]
@@ -101,7 +102,7 @@ static void fill_map(const struct picture *picture, struct panel *panel, double 
     const double scale = SURFACE_SIZE / (2 * picture->half);
     struct surface *surface = surface_new();
     double (*at)[2] = project(picture, panel);
-    float *h = is_gas(table) ? NULL : mem_array("pictures", float, table->n);
+    float *h = has_kernel(table) ? NULL : mem_array("pictures", float, table->n);
     if (h) surface_smoothing((const double (*)[2])at, table->n, h);
     for (int64_t i = 0; i < table->n; i++)
         if (isfinite(at[i][0] + at[i][1]))
@@ -131,18 +132,22 @@ static void choose_panels(const struct sim *sim, struct panel panel[2])
 {
     static const enum species_kind order[] = {STAR, CLOUD, DARK, GAS};
     const struct species *gas = &sim->species[GAS];
-    const char *unit = sim->units.physical ? " [Msun pc^-2]" : "";
+    const char *unit = sim->units.physical ? " [Msun pc^-2]" : "", *what = "surface density";
     int count = 0;
     memset(panel, 0, 2 * sizeof *panel);
     for (int p = 0; p < 2; p++) panel[p].axis[1] = 1;
-    if (gas->n > 0 && is_gas(gas)) {
+    if (gas->n > 0 && has_heat(gas)) {
         panel[0].table = panel[1].table = gas;
         snprintf(panel[0].title, sizeof panel[0].title, "column density%s", unit);
         snprintf(panel[1].title, sizeof panel[1].title, "%s",
                  sim->units.physical ? "temperature [K]" : "specific internal energy");
         return;
     }
-    for (int s = 0; s < N_SPECIES && count < 2; s++)
+    if (gas->n > 0 && has_kernel(gas)) {
+        what = "column density";
+        panel[count++].table = gas;
+    }
+    for (int s = 0; s < N_SPECIES && count < 2 && panel[0].table != gas; s++)
         if (sim->species[order[s]].n > 0) panel[count++].table = &sim->species[order[s]];
     for (int p = 0; p < count; p++)
         snprintf(panel[p].title, sizeof panel[p].title, "surface density, %s%s",
@@ -150,21 +155,21 @@ static void choose_panels(const struct sim *sim, struct panel panel[2])
     if (count != 1) return;
     panel[1] = panel[0];
     panel[1].axis[1] = 2;
-    snprintf(panel[0].title, sizeof panel[0].title, "surface density along z%s", unit);
-    snprintf(panel[1].title, sizeof panel[1].title, "surface density along y%s", unit);
+    for (int p = 0; p < 2; p++)
+        snprintf(panel[p].title, sizeof panel[p].title, "%s along %c%s", what, p ? 'y' : 'z', unit);
 }
 
 static void fill_maps(const struct sim *sim, const struct picture *picture, struct panel panel[2])
 {
     double mass_unit = surface_unit(&sim->units);
-    bool gas = is_gas(panel[0].table);
-    float *average = gas ? pixel_row() : NULL, *kelvin = gas ? mem_array("pictures", float, panel[0].table->n) : NULL;
-    bool known = gas && layout_temperatures(sim, kelvin);
-    fill_map(picture, &panel[0], mass_unit, known ? kelvin : gas ? panel[0].table->u : NULL, average);
-    if (gas) panel[1].shown = average;
+    bool heat = has_heat(panel[0].table);
+    float *average = heat ? pixel_row() : NULL, *kelvin = heat ? mem_array("pictures", float, panel[0].table->n) : NULL;
+    bool known = heat && layout_temperatures(sim, kelvin);
+    fill_map(picture, &panel[0], mass_unit, known ? kelvin : heat ? panel[0].table->u : NULL, average);
+    if (heat) panel[1].shown = average;
     else fill_map(picture, &panel[1], mass_unit, NULL, NULL);
     mem_free(kelvin);
-    for (int p = 0; p < 2; p++) panel[p].mass = panel[gas ? 0 : p].shown;
+    for (int p = 0; p < 2; p++) panel[p].mass = panel[heat ? 0 : p].shown;
 }
 
 /* --- colour ranges --- */
@@ -206,6 +211,17 @@ static void widen_range(struct picture *picture, int p, const struct panel *pane
     picture->range[p].low = first ? low : fmin(low, picture->range[p].low);
     picture->range[p].low = fmax(picture->range[p].low, picture->range[p].high - decades);
     mem_free(value);
+}
+
+/* Two views of the same rows have the same colours. */
+static void share_range(struct picture *picture)
+{
+    const double high = fmax(picture->range[0].high, picture->range[1].high);
+    const double low = fmin(picture->range[0].low, picture->range[1].low);
+    for (int p = 0; p < 2; p++) {
+        picture->range[p].high = high;
+        picture->range[p].low = low;
+    }
 }
 
 /* --- drawing --- */
@@ -302,9 +318,9 @@ static void draw_heading(struct canvas *canvas, const struct sim *sim)
 static void draw(const struct sim *sim, const struct picture *picture, const struct panel panel[2], const char *path)
 {
     struct canvas *canvas = canvas_new(WIDTH, HEIGHT, background);
-    const bool gas = panel[1].mass != panel[1].shown;
+    const bool heat = panel[1].mass != panel[1].shown;
     for (int p = 0; p < 2; p++) {
-        enum canvas_map map = gas && p == 1 ? CANVAS_INFERNO : CANVAS_VIRIDIS;
+        enum canvas_map map = heat && p == 1 ? CANVAS_INFERNO : CANVAS_VIRIDIS;
         draw_map(canvas, p, picture, &panel[p], map);
         draw_bar(canvas, p, picture, panel[p].title, map);
         draw_scale(canvas, p, sim, picture);
@@ -323,6 +339,7 @@ void picture_write(const struct sim *sim, const char *path, struct picture *pict
     if (!picture->set) choose_frame(picture, panel[0].table, panel);
     fill_maps(sim, picture, panel);
     for (int p = 0; p < 2; p++) widen_range(picture, p, &panel[p]);
+    if (panel[0].table == panel[1].table && !has_heat(panel[0].table)) share_range(picture);
     draw(sim, picture, panel, path);
     for (int p = 0; p < 2; p++) mem_free(panel[p].shown);
 }

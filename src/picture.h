@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Pictures of a run: two maps side by side, of logarithmic colour. Gas: column density and
- * temperature (specific internal energy in dimensionless scenes); without gas the surface densities
- * of two species, or of one species seen along z and along y. */
+ * temperature (specific internal energy in dimensionless scenes), or, if it is isothermal, the column
+ * density along z and along y; without gas the surface densities of two species, or of one species
+ * seen along z and along y. */
 #ifndef TEPHRA_PICTURE_H
 #define TEPHRA_PICTURE_H
 #include "sim.h"

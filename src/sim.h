@@ -41,6 +41,7 @@ struct sim {
     bool want_potential;    /* this step is recorded: FORCE shall fill pot too */
     bool fresh_potential;   /* pot is of the present positions */
     int64_t steps, updates; /* steps done; row updates done */
+    bool energy_open;       /* a module lets energy go without booking it: the total is not held to a limit */
     bool started;           /* the forces at the start are known */
     double last_dt;         /* length of the step that ends now */
     double wall_start, part_start; /* for the ETA only: clock, and part of the run done, at the start */

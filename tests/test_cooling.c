@@ -209,6 +209,8 @@ static void test_against_explicit(void **unused)
             naive[e + 4] = fmax(naive[e + 4], plain > 0 ? fabs(log(plain / exact)) : INFINITY);
             assert_true(exact >= curve->node[0].u && exact <= u0);
         }
+    for (int e = -4; e <= 2; e++)
+        print_message("dt/t_cool 1e%d: one explicit step is off by up to %.1e\n", e, naive[e + 4]);
     assert_true(worst < 1e-6);
     assert_true(naive[0] < 1e-6 && naive[3] > 3e-3 && naive[4] == INFINITY && naive[6] == INFINITY);
     cooling_curve_free(curve);

@@ -215,7 +215,7 @@ static void test_kernels(void **state)
 /* Moments of a set about its mean and their part in the local expansion at `centre`; order: a literal. */
 HD void expand(double *local, struct rows rows, const double centre[3], double eps2, int order)
 {
-    double moment[CELL_TERMS_MAX] = {0}, d[CELL_TERMS_MAX];
+    double moment[CELL_TERMS_MAX] = {0}, d[CELL_TERMS_MAX] = {0};
     for (int64_t i = 0; i < rows.n; i++) {
         struct cell_powers p[3];
         for (int k = 0; k < 3; k++) p[k] = cell_power(-rows.pos[i][k]);

@@ -185,6 +185,23 @@ static void test_pictures(void **state)
     }
 }
 
+/* Isothermal gas has no energy to show: two views with the same colours. */
+static void test_isothermal(void **state)
+{
+    (void)state;
+    struct sim sim;
+    struct picture picture = {0};
+    new_sim(&sim, GAS, 5000);
+    struct species *gas = &sim.species[GAS];
+    float *u = gas->u;
+    gas->u = NULL;
+    for (int64_t i = 0; i < gas->n; i++) gas->pos[i][2] *= 0.1;
+    picture_write(&sim, PATH, &picture);
+    assert_true(picture.range[0].high >= 0.5 && picture.range[0].high == picture.range[1].high);
+    gas->u = u;
+    free_sim(&sim);
+}
+
 static void test_nothing_to_show(void **state)
 {
     (void)state;
@@ -229,7 +246,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_mass_is_kept), cmocka_unit_test(test_kernel_shape),    cmocka_unit_test(test_rows_outside),
         cmocka_unit_test(test_smoothing),    cmocka_unit_test(test_text),            cmocka_unit_test(test_colours),
-        cmocka_unit_test(test_pictures),     cmocka_unit_test(test_nothing_to_show), cmocka_unit_test(test_cannot_write),
+        cmocka_unit_test(test_pictures),     cmocka_unit_test(test_isothermal),      cmocka_unit_test(test_nothing_to_show),
+        cmocka_unit_test(test_cannot_write),
     };
     log_silence(true);
     return cmocka_run_group_tests_name("picture", tests, NULL, remove_files);

@@ -1,0 +1,52 @@
+#!/bin/sh
+# SPDX-License-Identifier: GPL-3.0-or-later
+# Cooling in a run: the total closes with what is booked, also after a restart and on 1 and 2 threads;
+# nothing is below the floor; scenes that cannot cool are refused; boundaries are told.
+. "$TEPHRA_SOURCE/tests/lib.sh"
+cat >ball.yml <<TEXT
+title: gas that cools
+units: {length: kpc, mass: 1e10 Msun, velocity: km/s}
+start: {generator: uniform, species: gas, n: 1000, mass: 0.001, radius: 10, u: 2.6e3}
+time: {end: 0.2}
+output: {snapshot_every: 0.05}
+sph: {}
+cooling: {}
+TEXT
+expect_status 0 tephra run ball.yml --threads 1 --out one
+expect_status 0 tephra run ball.yml --threads 2 --out two
+same one/snapshot_004.hdf5 two/snapshot_004.hdf5
+awk -F, 'NR == 1 { for (i = 1; i <= NF; i++) { sub(/ .*/, "", $i); at[$i] = i } next }
+    { thermal = $at["thermal"]; radiated = $at["radiated"]; error = $at["error"] }
+    NR == 2 { first = thermal }
+    END { exit !(radiated > 0.1 * first && thermal < 0.9 * first && error < 2e-3 && error > -2e-3) }' one/energy.csv ||
+    fail "the books do not close: $(tail -n 1 one/energy.csv)"
+
+# Below the floor gas is raised, and what that takes is booked.
+expect_status 0 tephra run ball.yml --set start.u=1 --out cold
+tephra info cold/snapshot_004.hdf5 | grep -q 'Temperature .* 10000 \.\.\.' || fail "not at the floor"
+awk -F, 'NR == 1 { for (i = 1; i <= NF; i++) { sub(/ .*/, "", $i); at[$i] = i } next }
+    END { exit !($at["heated_floor"] < -0.05 && $at["total"] > 0) }' cold/energy.csv || fail "heat of the floor is not booked"
+
+# Bit for bit after a restart, what is booked too.
+expect_status 0 tephra run ball.yml --set time.end=0.1 --out half
+expect_status 0 tephra run --restart half --set time.end=0.2
+same one/snapshot_004.hdf5 half/snapshot_004.hdf5
+cut -d, -f1-11 one/energy.csv >a; cut -d, -f1-11 half/energy.csv >b
+cmp -s a b || fail "energies differ after a restart"
+
+# Refused and warned.
+sed 's/^units:.*/units: {G: 1}/' ball.yml >plain.yml
+expect_status 2 tephra check plain.yml
+expect_text 'physical units' err
+expect_status 2 tephra check ball.yml --set sph.eos=isothermal --set sph.sound_speed=1
+expect_text 'isothermal' err
+expect_status 2 tephra check ball.yml --set sph=off
+expect_text 'needs a block "sph"' err
+echo '4 -23' >table.txt
+expect_status 2 tephra check ball.yml --set cooling.table=table.txt
+expect_text 'table.txt:1' err
+expect_status 0 tephra check ball.yml --set cooling.metallicity=0.2
+expect_text 'beyond the table' err
+expect_status 0 tephra run ball.yml --set start.u=1e8 --set time.end=0.001 --set output.snapshot_every=0.001 --out hot
+expect_text 'hotter than the table' err
+finish
