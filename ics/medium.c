@@ -3,12 +3,11 @@
  * state may be given as n_H and T. */
 #include "constants.h"
 #include "lattice.h"
-#include "layout.h"
 #include "module.h"
 #include "rows.h"
 #include <math.h>
 
-struct medium { double rho, u, n_h, temperature, hydrogen; };
+struct medium { double rho, u, n_h, temperature, hydrogen, mu; };
 
 static const struct param params[] = {
     {"density", PARAM_REAL, "density", "none", 1e-300, 1e300, NULL, "density; or give n_h", false, offsetof(struct medium, rho)},
@@ -16,10 +15,11 @@ static const struct param params[] = {
      offsetof(struct medium, u)},
     {"n_h", PARAM_REAL, "number_density", "none", 1e-300, 1e300, NULL, "hydrogen nuclei in a volume", false,
      offsetof(struct medium, n_h)},
-    {"temperature", PARAM_REAL, "temperature", "none", 1e-3, 1e12, NULL, "temperature, for the mean molecular weight in use",
-     false, offsetof(struct medium, temperature)},
+    {"temperature", PARAM_REAL, "temperature", "none", 1e-3, 1e12, NULL, "temperature", false,
+     offsetof(struct medium, temperature)},
     {"hydrogen", PARAM_REAL, "", "0.76", 0.01, 1, NULL, "part of the mass that is hydrogen, for n_h", false,
      offsetof(struct medium, hydrogen)},
+    {"mu", PARAM_REAL, "", "0.6", 0.1, 10, NULL, "mean molecular weight, for temperature", false, offsetof(struct medium, mu)},
     {0}
 };
 
@@ -43,7 +43,9 @@ static void medium_make(struct sim *sim, const void *state, int64_t n)
     double rho = isnan(medium->rho) ? medium->n_h * proton / medium->hydrogen : medium->rho;
     struct species *gas = rows_make(sim, GAS, n, rho * side[0] * side[1] * side[2]);
     lattice_box(n, side, gas->pos);
-    rows_set_u(gas, isnan(medium->u) ? medium->temperature / layout_kelvin(sim) : medium->u);
+    double particle = (sim_real(sim, "gamma", 5.0 / 3) - 1) * medium->mu * CONST_M_PROTON;
+    double heat = CONST_K_B * medium->temperature / particle / (sim->units.velocity * sim->units.velocity);
+    rows_set_u(gas, isnan(medium->u) ? heat : medium->u);
 }
 
 const struct generator medium_generator = {
