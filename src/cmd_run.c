@@ -42,7 +42,7 @@ static char *default_folder(const char *scene)
 static void clear_folder(const char *folder)
 {
     const char *const kinds[] = {"used.yml", "log.txt", "energy.csv", "profile.csv", "snapshot_*.hdf5",
-                                 "picture_*.png", "checkpoint*.hdf5", "stop", "*.csv"};
+                                 "picture_*.png", "checkpoint*.hdf5", "stop"};
     log_warning("%s: taking away the files of the run before (--force)", folder);
     for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++) cmd_remove_files(folder, kinds[k]);
 }
@@ -129,6 +129,7 @@ static int again(const struct cmd_options *options)
     sim->started = sim->rebuild_next = true;
     energy_trim(sim, energies);
     open_log(sim, true);
+    write_used(sim);
     log_line("going on from t = %g", timeline_now(&sim->time));
     if (sim->time.tick >= sim->time.tick_end) log_line("the run is finished: nothing to do");
     int status = go(sim, options);
