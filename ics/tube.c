@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Two uniform states of gas that touch in a plane: Riemann's problem, of which Sod's (1978, J. Comput. Phys.
- * 27, 1) is the default. Each half is filled with a lattice of its own, rows in proportion to the masses. */
+ * 27, 1) is the default. Each half is filled with a lattice of its own, rows in proportion to the masses; the right
+ * one is mirrored, so that halves of equal density meet row by row and what is symmetric remains so. */
 #include "lattice.h"
 #include "module.h"
 #include "rows.h"
@@ -34,7 +35,7 @@ static void fill(struct sim *sim, const struct tube *tube, struct part part, con
     const double gamma = sim_real(sim, "gamma", 5.0 / 3);
     lattice_box(part.n, side, gas->pos + part.from);
     for (int64_t i = part.from; i < part.from + part.n; i++) {
-        gas->pos[i][0] += half * side[0];
+        if (half == RIGHT) gas->pos[i][0] = 2 * side[0] - gas->pos[i][0];
         gas->vel[i][0] = tube->v[half];
         gas->mass[i] = tube->rho[half] * side[0] * side[1] * side[2] / (double)part.n;
         if (gas->u) gas->u[i] = (float)(tube->p[half] / ((gamma - 1) * tube->rho[half]));

@@ -18,7 +18,7 @@ KNOBS = {
     "neighbours": ("sph.neighbours", (32, 40, 50, 64, 80)),
     "Courant factor": ("sph.courant", (0.1, 0.2, 0.3, 0.4, 0.6)),
     "viscosity alpha (beta = 2 alpha)": ("sph.alpha", (0.25, 0.5, 1, 2)),
-    "steps": ("time.steps", ("block", "common")),
+    "steps": ("time.steps", ("individual", "common")),
     "Balsara's switch": ("sph.balsara", ("on", "off")),
 }
 
