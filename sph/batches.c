@@ -33,16 +33,15 @@ static void reserve(const struct sim *sim, struct sph *sph)
     sph->batch = mem_resize("sph", sph->batch, (size_t)gas->n_active * sizeof *sph->batch);
 }
 
-/* The last group that begins at or before a gas row. */
-static int32_t find_group(const struct tree *tree, const struct sph *sph, int32_t row)
+int32_t sph_group_of(const struct sim *sim, const struct sph *sph, int32_t row)
 {
     int32_t low = 0, high = sph->n_groups;
     while (high - low > 1) {
         int32_t middle = low + (high - low) / 2;
-        if (tree->node[sph->group[middle]].first[GAS] <= row) low = middle;
+        if (sim->tree.node[sph->group[middle]].first[GAS] <= row) low = middle;
         else high = middle;
     }
-    return low;
+    return sph->group[low];
 }
 
 void sph_make_batches(struct sim *sim, struct sph *sph)
@@ -53,14 +52,14 @@ void sph_make_batches(struct sim *sim, struct sph *sph)
     reserve(sim, sph);
     int32_t n = 0, count;
     for (int32_t a = 0, group = -1; a < gas->n_active; a += count) {
-        const struct node *node = group < 0 ? NULL : &sim->tree.node[sph->group[group]];
+        const struct node *node = group < 0 ? NULL : &sim->tree.node[group];
         if (!node || gas->active[a] >= node->first[GAS] + node->count[GAS]) {
-            group = find_group(&sim->tree, sph, gas->active[a]);
-            node = &sim->tree.node[sph->group[group]];
+            group = sph_group_of(sim, sph, gas->active[a]);
+            node = &sim->tree.node[group];
         }
         int32_t end = node->first[GAS] + node->count[GAS];
         for (count = 1; count < SPH_BATCH && a + count < gas->n_active && gas->active[a + count] < end;) count++;
-        sph->batch[n++] = (struct sph_batch){.node = sph->group[group], .first = a, .count = count, .list = -1};
+        sph->batch[n++] = (struct sph_batch){.node = group, .first = a, .count = count, .list = -1};
     }
     sph->n_batches = n;
 }

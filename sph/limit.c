@@ -93,15 +93,15 @@ static void compare_tile(const struct sph_work *work, const struct sim *sim, con
     for (int r = 0; r < rows.n; r++) compare_row(work, sim, rung, rows.row[r], wishes);
 }
 
-/* Compares rows with all their neighbours. */
-static void compare_rows(struct sph_work *work, const struct sim *sim, const uint8_t *rung,
+/* Compares rows of the group `node` with all their neighbours. */
+static void compare_rows(struct sph_work *work, const struct sim *sim, const struct sph *sph, int32_t node,
                          struct sph_region rows, struct wishes *wishes)
 {
     float reach = sph_largest_h(sim, rows);
-    sph_centre(work, sim, rows);
+    sph_centre(work, sim, node, rows);
     for (int64_t skip = 0; skip == 0 || work->more; skip += SPH_TILE) {
         sph_gather(work, sim, reach, true, skip);
-        compare_tile(work, sim, rung, rows, wishes);
+        compare_tile(work, sim, sph->next_rung, rows, wishes);
     }
 }
 
@@ -110,12 +110,12 @@ static void compare_batch(const struct sph *sph, struct sph_work *work, const st
 {
     struct sph_region rows = sph_batch_rows(sim, batch);
     if (batch->list < 0) {
-        compare_rows(work, sim, sph->next_rung, rows, wishes);
+        compare_rows(work, sim, sph, batch->node, rows, wishes);
         return;
     }
     const int32_t *list = sph->arena + batch->list;
     if (!uneven(list, batch->n_list, sph->next_rung, range_of(rows, sph->next_rung))) return;
-    sph_centre(work, sim, rows);
+    sph_centre(work, sim, batch->node, rows);
     sph_stage(work, sim, list, batch->n_list);
     compare_tile(work, sim, sph->next_rung, rows, wishes);
 }
@@ -183,8 +183,10 @@ static void even_out(struct sim *sim, struct sph *sph)
     grant(sph->next_rung, &wishes, &granted);
     for (int64_t w = 0, end; w < granted.n; w = end) {
         wishes.n = 0;
-        for (end = granted.n; w < end; w++)
-            compare_rows(sph->work[0], sim, sph->next_rung, (struct sph_region){&granted.list[w].row, 1}, &wishes);
+        for (end = granted.n; w < end; w++) {
+            int32_t row = granted.list[w].row;
+            compare_rows(sph->work[0], sim, sph, sph_group_of(sim, sph, row), (struct sph_region){&row, 1}, &wishes);
+        }
         grant(sph->next_rung, &wishes, &granted);
     }
     for (int64_t w = 0; w < granted.n; w++) apply(sim, sph, granted.list[w].row);

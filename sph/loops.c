@@ -68,7 +68,7 @@ static void density_batch(struct visit *v)
 {
     struct sph_density_sums sums[SPH_BATCH / SPH_LANES];
     memset(sums, 0, sizeof sums);
-    sph_centre(v->work, v->sim, v->rows);
+    sph_centre(v->work, v->sim, v->batch->node, v->rows);
     float reach = sph_largest_h(v->sim, v->rows);
     for (int64_t skip = 0; skip == 0 || v->work->more; skip += SPH_TILE) {
         sph_gather(v->work, v->sim, reach, true, skip);
@@ -110,7 +110,7 @@ static void force_batch(struct visit *v)
 {
     struct sph_force_sums sums[SPH_BATCH / SPH_LANES];
     memset(sums, 0, sizeof sums);
-    sph_centre(v->work, v->sim, v->rows);
+    sph_centre(v->work, v->sim, v->batch->node, v->rows);
     if (v->batch->list >= 0) {
         sph_stage(v->work, v->sim, v->sph->arena + v->batch->list, v->batch->n_list);
         force_chunk(v, sums);

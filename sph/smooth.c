@@ -132,7 +132,7 @@ static void search_rows(const struct seeker *s, struct wish *wish, int n)
             row[w] = wish[w].row;
             reach = fmaxf(reach, wish[w].reach);
         }
-        sph_centre(s->work, s->sim, (struct sph_region){row, n});
+        sph_centre(s->work, s->sim, s->batch->node, (struct sph_region){row, n});
         sph_gather(s->work, s->sim, reach, false, 0);
         if (s->work->more && n > 1) {
             search_rows(s, wish, n / 2);

@@ -27,7 +27,7 @@ struct sph_work {
     int32_t row[SPH_TILE];          /* of the tile's entries */
     double centre[3], vel[3];       /* of the tile */
     double origin[3];               /* the centre, as the image of the box sees it whose rows are staged */
-    float half[3];                  /* of the batch's box */
+    float low[3], high[3];          /* the region's box about the centre */
     bool more;                      /* rows beyond the tile's room are in reach too */
 };
 
@@ -54,6 +54,8 @@ struct sph {
 /* batches.c: groups after a rebuild, batches of this step's active rows, scratch for every thread. */
 void sph_make_batches(struct sim *sim, struct sph *sph);
 void sph_free_batches(struct sph *sph);
+/* The cell whose gas rows are the group that a row belongs to. */
+int32_t sph_group_of(const struct sim *sim, const struct sph *sph, int32_t row);
 /* Largest smoothing length in each node: of all nodes after a rebuild, else above the rows whose
  * step ends now. */
 void sph_fit_h_max(struct sim *sim, const struct sph *sph);
@@ -62,8 +64,9 @@ void sph_fit_h_max(struct sim *sim, const struct sph *sph);
 struct sph_region { const int32_t *row; int n; };
 struct sph_region sph_batch_rows(const struct sim *sim, const struct sph_batch *batch);
 float sph_largest_h(const struct sim *sim, struct sph_region rows);
-/* Centre, velocity and half box of the region become the work's. */
-void sph_centre(struct sph_work *work, const struct sim *sim, struct sph_region region);
+/* The region's box becomes the work's. Centre and velocity are those of the cell that its rows are a
+ * group of, whatever part of the group the region is: a border between ranks then changes no bit. */
+void sph_centre(struct sph_work *work, const struct sim *sim, int32_t node, struct sph_region region);
 /* A row as it is now, about the work's centre. */
 struct sph_place sph_place_row(const struct sph_work *work, const struct sim *sim, int32_t i);
 /* Stages the gas rows within `reach` of the region's box; mutual: or that reach it themselves with

@@ -18,23 +18,23 @@ float sph_largest_h(const struct sim *sim, struct sph_region rows)
     return largest;
 }
 
-void sph_centre(struct sph_work *work, const struct sim *sim, struct sph_region region)
+void sph_centre(struct sph_work *work, const struct sim *sim, int32_t node, struct sph_region region)
 {
-    const struct species *gas = &sim->species[GAS];
-    double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY}, vel[3] = {0};
+    const struct node *cell = &sim->tree.node[node];
+    for (int k = 0; k < 3; k++) {
+        work->centre[k] = work->origin[k] = cell->pos[k];
+        work->vel[k] = (double)cell->vel[k];
+        work->low[k] = INFINITY;
+        work->high[k] = -INFINITY;
+    }
     for (int r = 0; r < region.n; r++) {
         double pos[3];
-        sim_predict(&sim->time, gas, region.row[r], pos);
+        sim_predict(&sim->time, &sim->species[GAS], region.row[r], pos);
         for (int k = 0; k < 3; k++) {
-            low[k] = fmin(low[k], pos[k]);
-            high[k] = fmax(high[k], pos[k]);
-            vel[k] += gas->vel[region.row[r]][k];
+            float x = (float)(pos[k] - work->centre[k]);
+            work->low[k] = fminf(work->low[k], x);
+            work->high[k] = fmaxf(work->high[k], x);
         }
-    }
-    for (int k = 0; k < 3; k++) {
-        work->centre[k] = work->origin[k] = 0.5 * (low[k] + high[k]);
-        work->half[k] = (float)(0.5 * (high[k] - low[k])) * (1 + FLT_EPSILON);
-        work->vel[k] = vel[k] / region.n;
     }
 }
 
@@ -90,7 +90,7 @@ static inline double box_gap2(const struct sph_work *work, const double low[3], 
 {
     double sum = 0;
     for (int k = 0; k < 3; k++) {
-        double half = (double)work->half[k], gap = larger(larger(low[k] - half, -half - high[k]), 0);
+        double gap = larger(larger(low[k] - (double)work->high[k], (double)work->low[k] - high[k]), 0);
         sum += gap * gap;
     }
     return sum;
@@ -99,8 +99,9 @@ static inline double box_gap2(const struct sph_work *work, const double low[3], 
 /* The same of a row. */
 static inline float row_gap2(const struct sph_work *work, const struct sph_place *p)
 {
-    float x = larger_float(fabsf(p->x) - work->half[0], 0), y = larger_float(fabsf(p->y) - work->half[1], 0);
-    float z = larger_float(fabsf(p->z) - work->half[2], 0);
+    float x = larger_float(larger_float(p->x - work->high[0], work->low[0] - p->x), 0);
+    float y = larger_float(larger_float(p->y - work->high[1], work->low[1] - p->y), 0);
+    float z = larger_float(larger_float(p->z - work->high[2], work->low[2] - p->z), 0);
     return x * x + y * y + z * z;
 }
 
@@ -153,11 +154,10 @@ static void visit_images(struct sph_work *work, const struct sim *sim, struct wa
     const struct node *root = &sim->tree.node[0];
     double reach = margin * ((double)walk->reach + (walk->mutual ? (double)sim->tree.h_max[0] : 0)), all[2][3], near[2][3];
     for (int k = 0; k < 3; k++) {
-        double half = (double)work->half[k] + reach;
         all[0][k] = root->pos[k] + (double)root->low[k];
         all[1][k] = root->pos[k] + (double)root->high[k];
-        near[0][k] = work->centre[k] - half;
-        near[1][k] = work->centre[k] + half;
+        near[0][k] = work->centre[k] + (double)work->low[k] - reach;
+        near[1][k] = work->centre[k] + (double)work->high[k] + reach;
     }
     struct box_images images = box_images(&sim->box, all, near);
     int s[3];
