@@ -13,7 +13,7 @@ static const struct param params[] = {
     {"count", PARAM_CHOICE, "", "exact", 0, 0, "exact|smooth",
      "exact: 2h is the distance of the last neighbour; smooth: h from the density, neighbours on average", false,
      offsetof(struct sph, count)},
-    {"h_min", PARAM_REAL, "length", "0", 0, 1e300, NULL, "smallest smoothing length", true,
+    {"h_min", PARAM_REAL, "length", "0", 0, 1e300, NULL, "smallest smoothing length", false,
      offsetof(struct sph, h_min)},
     {"alpha", PARAM_REAL, "", "1", 0, 100, NULL, "linear artificial viscosity", true, offsetof(struct sph, alpha)},
     {"beta", PARAM_REAL, "", "2", 0, 100, NULL, "quadratic artificial viscosity", true, offsetof(struct sph, beta)},

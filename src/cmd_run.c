@@ -9,6 +9,7 @@
 #include "output.h"
 #include "run.h"
 #include "signals.h"
+#include "start.h"
 #include "version.h"
 #include <errno.h>
 #include <omp.h>
@@ -62,15 +63,53 @@ static void make_folder(const char *folder, bool force)
     clear_folder(folder);
 }
 
+/* --force would take the file away that the run begins from. */
+static void spare_start_file(const struct sim *sim, const char *folder)
+{
+    if (!sim->start->file) return;
+    char *file = text_join(sim->start->file, ""), *slash = strrchr(file, '/');
+    struct stat own, run;
+    if (slash) slash[slash == file] = '\0';
+    if (stat(slash ? file : ".", &own) == 0 && stat(folder, &run) == 0
+        && own.st_dev == run.st_dev && own.st_ino == run.st_ino)
+        fail(STATUS_INPUT, "%s: start.file lies in the run directory, which --force would clear (--out DIR names another)",
+             sim->start->file);
+    mem_free(file);
+}
+
+/* Under a temporary name first: without a whole used.yml a run cannot be continued. */
 static void write_used(const struct sim *sim)
 {
     if (comm_rank() != 0) return;
-    char *path = text_join(sim->folder, "/used.yml");
-    FILE *stream = fopen(path, "w");
-    if (!stream) fail(STATUS_INPUT, "%s: cannot be written: %s", path, strerror(errno));
+    char *path = text_join(sim->folder, "/used.yml"), *unfinished = text_join(path, ".tmp");
+    FILE *stream = fopen(unfinished, "w");
+    if (!stream) fail(STATUS_INPUT, "%s: cannot be written: %s", unfinished, strerror(errno));
     sim_write_used(sim, stream);
-    if (fclose(stream) != 0) fail(STATUS_ENVIRONMENT, "%s: cannot be written: %s", path, strerror(errno));
+    bool written = fflush(stream) == 0 && fsync(fileno(stream)) == 0;
+    if (fclose(stream) != 0 || !written || rename(unfinished, path) != 0)
+        fail(STATUS_ENVIRONMENT, "%s: cannot be written: %s", path, strerror(errno));
+    mem_free(unfinished);
     mem_free(path);
+}
+
+/* --set may change only what the tables allow at a restart; unknown names are told elsewhere. */
+static void check_restart(struct sim *sim, const struct cmd_options *options)
+{
+    for (int i = 0; i < options->n_set; i++) {
+        size_t length = strcspn(options->set[i], "=");
+        bool may = false;
+        for (int u = 0; u < sim->n_use && !may; u++) {
+            const struct module *module = sim->use[u].module;
+            for (const struct param *p = module->params; p && p->name && !may; p++) {
+                char *name = mem_format("frame", "%s.%s", module->name, p->name);
+                may = p->at_restart && strlen(name) == length && strncmp(name, options->set[i], length) == 0;
+                mem_free(name);
+            }
+        }
+        if (!may)
+            problems_add(&sim->problems, "--set %s: may not change when a run is continued (`tephra params` marks what may)",
+                         options->set[i]);
+    }
 }
 
 static void open_log(const struct sim *sim, bool append)
@@ -103,6 +142,7 @@ static int fresh(const struct cmd_options *options)
     sim_begin(sim);
     problems_report(&sim->problems);
     char *folder = options->out ? text_join(options->out, "") : default_folder(options->argument[0]);
+    if (options->force) spare_start_file(sim, folder);
     make_folder(folder, options->force);
     comm_barrier();
     sim->folder = folder;
@@ -120,6 +160,7 @@ static int again(const struct cmd_options *options)
     if (access(checkpoint, R_OK) != 0)
         fail(STATUS_INPUT, "%s: cannot be read: %s (--restart takes the directory of a run)", checkpoint, strerror(errno));
     struct sim *sim = sim_new(cmd_scene(options, used), SIM_RUN);
+    check_restart(sim, options);
     problems_report(&sim->problems);
     checkpoint_read(sim, checkpoint);
     problems_report(&sim->problems);
@@ -143,6 +184,8 @@ static int run(int argc, char **argv)
     struct cmd_options options;
     cmd_parse(&options, argc, argv, "out force set threads device max-wall restart", usage);
     if (options.n_arguments != (options.restart ? 0 : 1)) fail(STATUS_INPUT, "usage: tephra %s", usage);
+    if (options.restart && (options.out || options.force))
+        fail(STATUS_INPUT, "--restart goes on in the run's own directory: --out and --force have no meaning with it");
     cmd_set_threads(&options);
     return options.restart ? again(&options) : fresh(&options);
 }

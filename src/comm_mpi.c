@@ -101,21 +101,14 @@ void comm_broadcast(void *data, size_t bytes, int root)
     if (comm_size() > 1) MPI_Bcast(data, (int)bytes, MPI_BYTE, root, MPI_COMM_WORLD);
 }
 
+/* Part by part, since MPI counts in int. */
 void comm_gather_all(void *all, const int64_t *bytes)
 {
-    int size = comm_size();
-    if (size == 1) return;
-    int *count = mem_array("ranks", int, size), *offset = mem_array("ranks", int, size);
-    int64_t total = 0;
-    for (int r = 0; r < size; r++) {
-        check(total + bytes[r] <= INT_MAX);
-        count[r] = (int)bytes[r];
-        offset[r] = (int)total;
-        total += bytes[r];
-    }
-    MPI_Allgatherv(MPI_IN_PLACE, 0, MPI_DATATYPE_NULL, all, count, offset, MPI_BYTE, MPI_COMM_WORLD);
-    mem_free(count);
-    mem_free(offset);
+    const int64_t most = 1 << 30;
+    char *part = all;
+    for (int r = 0, size = comm_size(); r < size && size > 1; part += bytes[r++])
+        for (int64_t at = 0; at < bytes[r]; at += most)
+            MPI_Bcast(part + at, (int)(bytes[r] - at < most ? bytes[r] - at : most), MPI_BYTE, r, MPI_COMM_WORLD);
 }
 
 void comm_gather_counts(int64_t own, int64_t *counts)

@@ -37,6 +37,7 @@ static const struct param params[] = {
 static const struct saved saved[] = {
     {"snapshots", offsetof(struct output, snapshots), sizeof(int64_t)},
     {"pictures", offsetof(struct output, pictures), sizeof(int64_t)},
+    {"snapshot_asked", offsetof(struct output, snapshot_asked), sizeof(bool)},
     {"energy", offsetof(struct output, energy), sizeof(struct energy)},
     {"picture", offsetof(struct output, picture), sizeof(struct picture)},
     {0}

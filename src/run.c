@@ -70,9 +70,14 @@ static bool asked_for_snapshot(void)
     return asked > 0;
 }
 
+/* Told once, by rank 0, with the text of the lowest rank that has one. */
 static int failed(struct sim *sim)
 {
-    if (sim->failure.set) fprintf(stderr, "tephra: error: %s\n", sim->failure.text);
+    double root = sim->failure.set ? comm_rank() : INFINITY;
+    comm_min(&root, 1);
+    comm_broadcast(&sim->failure, sizeof sim->failure, (int)root);
+    ranks_share_rows(sim);
+    if (comm_rank() == 0) log_error("%s", sim->failure.text);
     log_line("the numbers failed; the last state is in snapshot_%03lld.hdf5",
              (long long)((struct output *)sim_state(sim, "output"))->snapshots);
     output_snapshot(sim);
@@ -98,13 +103,13 @@ int run_to_end(struct sim *sim, double max_wall)
     sim->part_start = (double)time->tick / (double)time->tick_end;
     bool fine = sim->started || run_step(sim, HOOK_RECORD);
     while (fine && time->tick < time->tick_end) {
+        output->snapshot_asked |= asked_for_snapshot();
         if (asked_to_stop(sim, max_wall)) {
             output_checkpoint(sim);
             summary(sim, profile_cpu() - cpu);
             log_line("stopped on request at t = %g; go on with: tephra run --restart %s", timeline_now(time), sim->folder);
             return STATUS_STOPPED;
         }
-        output->snapshot_asked |= asked_for_snapshot();
         fine = run_step(sim, HOOK_RECORD);
     }
     if (!fine) return failed(sim);

@@ -17,4 +17,9 @@ done
 # A mistake is told once and ends all ranks with the same status.
 expect_status 2 mpirun -n 2 --oversubscribe tephra run "$scene" --set sph.neigbours=40 --out bad
 [ "$(grep -c 'did you mean' err)" -eq 1 ] || fail "the message stands $(grep -c 'did you mean' err) times"
+
+# Numbers that fail end all ranks with 3; the reason is told once, in the log too.
+expect_status 3 mpirun -n 2 --oversubscribe tephra run "$scene" $small --set output.energy_limit=1e-12 --out failed
+[ "$(grep -c 'energy_limit = ' err)" -eq 1 ] || fail "the reason stands $(grep -c 'energy_limit = ' err) times"
+expect_text 'energy_limit = ' failed/log.txt
 finish

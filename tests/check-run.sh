@@ -33,6 +33,33 @@ cmp -s a b || fail "energies differ after a restart"
 expect_status 0 tephra run --restart half
 expect_text 'nothing to do' err
 
+# A continued run keeps what it is made of; what may change is kept in used.yml.
+expect_status 2 tephra run --restart half --set gravity.softening=0.5; expect_text 'softening' err
+expect_status 2 tephra run --restart half --set sph=off;               expect_text 'sph' err
+expect_status 2 tephra run --restart half --out other;                 expect_text 'restart' err
+grep -q 'end: 0.4' half/used.yml || fail "used.yml does not hold what a restart has changed"
+
+# --force takes away what a run writes, nothing else, and never what it begins from.
+echo mine >half/mine.csv
+cat >from-file.yml <<Y
+units: {G: 1}
+start: {file: half/snapshot_000.hdf5}
+time: {end: 0.1}
+output: {snapshot_every: 0.1}
+gravity: {softening: 0.01}
+sph: {}
+Y
+expect_status 2 tephra run from-file.yml --out half --force
+expect_text 'snapshot_000.hdf5' err
+expect_status 0 tephra run "$scene" $small --set time.end=0.1 --out half --force
+[ -s half/mine.csv ] || fail "--force took a file of the user's"
+
+# Numbers that fail: told once, in the log too, with a last snapshot.
+expect_status 3 tephra run "$scene" $small --set output.energy_limit=1e-12 --out failed
+[ "$(grep -c 'energy_limit' err)" -eq 1 ] || fail "the reason is told $(grep -c 'energy_limit' err) times"
+expect_text 'energy_limit' failed/log.txt
+ls failed/snapshot_*.hdf5 >/dev/null || fail "no last snapshot"
+
 # Stopped in the midst of it, then on: the same physics, not the same bits.
 tephra run "$scene" $small --out stopped >/dev/null 2>&1 &
 pid=$!

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Initial conditions: exactly n rows, the centre at rest, mass profiles and energies against the
  * models' own, independence of n and of threads. */
+#include "generator_case.h"
 #include "mem.h"
 #include "module.h"
 #include <math.h>
@@ -13,35 +14,12 @@
 #include <string.h>
 #include <cmocka.h>
 
-extern const struct generator evrard_generator, plummer_generator, uniform_generator;
-
-/* A dimensionless simulation whose rows the generator makes by `keys` ("mass: 2, radius: 3"). */
 static struct sim *make(const struct generator *generator, const char *keys, int64_t n)
 {
-    struct sim *sim = mem_alloc("test", sizeof *sim);
-    sim->units = (struct units){false, 1, 1, 1, 1};
-    sim->seed = 1;
-    for (int s = 0; s < N_SPECIES; s++) sim->species[s].kind = (enum species_kind)s;
-    species_need(&sim->species[GAS], COLUMN_u);
-    void *state = mem_alloc("test", generator->state_bytes);
-    sim->scene = scene_new("/");
-    char *assignment = mem_format("test", "start={%s}", keys);
-    scene_set(sim->scene, assignment, &sim->problems);
-    const struct param_target targets[] = {{generator->params, state}, {NULL, NULL}};
-    param_read(sim->scene, "start", targets, &sim->units, &sim->problems);
-    assert_int_equal(sim->problems.count, 0);
-    generator->make(sim, state, n);
-    mem_free(state);
-    mem_free(assignment);
-    return sim;
+    return generator_case_make(generator, keys, n, (const double[3]){0, 0, 0});
 }
 
-static void discard(struct sim *sim)
-{
-    for (int s = 0; s < N_SPECIES; s++) species_free(&sim->species[s]);
-    scene_free(sim->scene);
-    mem_free(sim);
-}
+extern const struct generator evrard_generator, plummer_generator, uniform_generator;
 
 static double norm(const double x[3]) { return sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]); }
 
@@ -111,13 +89,13 @@ static void test_counts(void **state)
     for (size_t c = 0; c < sizeof counts / sizeof *counts; c++) {
         struct sim *sim = make(&evrard_generator, "", counts[c]);
         check_rows(sim, GAS, counts[c], 1.0);
-        discard(sim);
+        generator_case_free(sim);
         sim = make(&plummer_generator, "species: star", counts[c]);
         check_rows(sim, STAR, counts[c], 1.0);
-        discard(sim);
+        generator_case_free(sim);
         sim = make(&uniform_generator, "virial: 0.5, mass: 7", counts[c]);
         check_rows(sim, DARK, counts[c], 7.0);
-        discard(sim);
+        generator_case_free(sim);
     }
 }
 
@@ -138,15 +116,15 @@ static void test_evrard(void **state)
     }
     for (int k = 0; k < 9; k++)     /* <r^2> is 1/2; round to 2 parts in 1000 */
         assert_true(fabs(6.0 * tensor[k / 3][k % 3] - (k % 4 == 0)) < 2e-3);
-    discard(sim);
+    generator_case_free(sim);
     sim = make(&evrard_generator, "mass: 3, radius: 2", 1000);
     check_rows(sim, GAS, 1000, 3.0);
     assert_true(fabsf(sim->species[GAS].u[5] - 0.075f) < 1e-7f);
     assert_true(fabs(potential_energy(&sim->species[GAS]) / (-2.0 / 3.0 * 4.5) - 1.0) < 0.03);
-    discard(sim);
+    generator_case_free(sim);
     sim = make(&evrard_generator, "u: 0.25", 10);
     assert_true(sim->species[GAS].u[9] == 0.25f);
-    discard(sim);
+    generator_case_free(sim);
 }
 
 static const double r0 = 0.5890486225480862;
@@ -181,12 +159,12 @@ static void test_plummer(void **state)
     /* q^2 has the beta distribution (3/2, 9/2): its moments are products of (3/2 + k) / (6 + k). */
     double moment = 1.0;
     for (int k = 0; k < 4; k++) assert_true(fabs(fraction[k] / (moment *= (1.5 + k) / (6.0 + k)) - 1.0) < 0.015);
-    discard(sim);
+    generator_case_free(sim);
     sim = make(&plummer_generator, "cut: 1", n);
     check_rows(sim, DARK, n, plummer_part(1.0));
     assert_true(largest_gap(&sim->species[DARK], cut_part) < 2.0 / sqrt((double)n));
     for (int64_t i = 0; i < n; i++) assert_true(norm(sim->species[DARK].pos[i]) < 1.01);
-    discard(sim);
+    generator_case_free(sim);
 }
 
 /* Rows of 1000 and of 2000 differ by the shift of the centre alone; threads change no bit. */
@@ -208,9 +186,9 @@ static void test_independence(void **state)
             }
         assert_memory_equal(b->pos, c->pos, 2000 * sizeof *b->pos);
         assert_memory_equal(b->vel, c->vel, 2000 * sizeof *b->vel);
-        discard(few);
-        discard(many);
-        discard(again);
+        generator_case_free(few);
+        generator_case_free(many);
+        generator_case_free(again);
     }
 }
 
@@ -226,12 +204,12 @@ static void test_uniform(void **state)
     double kinetic = 0.0;
     for (int64_t i = 0; i < n; i++) kinetic += 0.5 * pow(norm(s->vel[i]), 2) / (double)n;
     assert_true(fabs(kinetic / 0.3 - 1.0) < 0.01);
-    discard(sim);
+    generator_case_free(sim);
     sim = make(&uniform_generator, "species: gas", 1000);
     check_rows(sim, GAS, 1000, 1.0);
     const struct species *gas = &sim->species[GAS];
     for (int i = 0; i < 1000; i++) assert_true(norm(gas->vel[i]) == 0.0 && gas->u[i] == 0.05f);
-    discard(sim);
+    generator_case_free(sim);
 }
 
 int main(void)

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Initial states of the test problems: exactly n rows whatever n, even lattices, masses, energies and the
  * profile of the wave; what they refuse. */
+#include "generator_case.h"
 #include "ics/lattice.h"
 #include "mem.h"
 #include "module.h"
@@ -16,34 +17,6 @@
 extern const struct generator tube_generator, wave_generator, sedov_generator, noh_generator, medium_generator;
 
 static const double cube[3] = {1, 1, 1}, none[3] = {0, 0, 0};
-
-static struct sim *make(const struct generator *generator, const char *keys, int64_t n, const double side[3])
-{
-    struct sim *sim = mem_alloc("test", sizeof *sim);
-    sim->units = (struct units){false, 1, 1, 1, 1};
-    sim->seed = 1;
-    for (int s = 0; s < N_SPECIES; s++) sim->species[s].kind = (enum species_kind)s;
-    for (int k = 0; k < 3; k++) sim->box.side[k] = side[k];
-    species_need(&sim->species[GAS], COLUMN_u);
-    void *state = mem_alloc("test", generator->state_bytes);
-    sim->scene = scene_new("/");
-    char *assignment = mem_format("test", "start={%s}", keys);
-    scene_set(sim->scene, assignment, &sim->problems);
-    const struct param_target targets[] = {{generator->params, state}, {NULL, NULL}};
-    param_read(sim->scene, "start", targets, &sim->units, &sim->problems);
-    assert_int_equal(sim->problems.count, 0);
-    generator->make(sim, state, n);
-    mem_free(state);
-    mem_free(assignment);
-    return sim;
-}
-
-static void discard(struct sim *sim)
-{
-    for (int s = 0; s < N_SPECIES; s++) species_free(&sim->species[s]);
-    scene_free(sim->scene);
-    mem_free(sim);
-}
 
 /* Distance of row i from its nearest neighbour in the box; every row's is the same in a lattice. */
 static double nearest(double (*pos)[3], int64_t n, const double side[3], int64_t i)
@@ -88,18 +61,18 @@ static void test_counts(void **state)
     static const int64_t counts[] = {2, 3, 17, 1000, 4321};
     for (int g = 0; g < 4; g++)
         for (int c = 0; c < 5; c++) {
-            struct sim *sim = make(all[g], "", counts[c], cube);
+            struct sim *sim = generator_case_make(all[g], "", counts[c], cube);
             const struct species *gas = &sim->species[GAS];
             assert_true(sim->problems.count == 0 && gas->n == counts[c] && gas->n_own == counts[c]);
             for (int64_t i = 0; i < gas->n; i++) assert_true(gas->id[i] == (uint64_t)i + 1 && gas->mass[i] > 0 && gas->u[i] > 0);
-            discard(sim);
+            generator_case_free(sim);
         }
 }
 
 static void test_tube(void **state)
 {
     (void)state;
-    struct sim *sim = make(&tube_generator, "velocity_left: 0.5, density_right: 0.25", 5000, cube);
+    struct sim *sim = generator_case_make(&tube_generator, "velocity_left: 0.5, density_right: 0.25", 5000, cube);
     const struct species *gas = &sim->species[GAS];
     double mass[2] = {0}, least = INFINITY, most = 0;
     for (int64_t i = 0; i < gas->n; i++) {
@@ -113,11 +86,11 @@ static void test_tube(void **state)
     assert_float_equal(mass[0], 0.5, 1e-12);
     assert_float_equal(mass[1], 0.125, 1e-12);
     assert_true(most / least < 1.001);
-    discard(sim);
-    sim = make(&tube_generator, "length: 3", 100, (const double[3]){0, 1, 1});
+    generator_case_free(sim);
+    sim = generator_case_make(&tube_generator, "length: 3", 100, (const double[3]){0, 1, 1});
     assert_int_equal(sim->problems.count, 0);
     for (int i = 0; i < 100; i++) assert_true(sim->species[GAS].pos[i][0] > 0 && sim->species[GAS].pos[i][0] < 3);
-    discard(sim);
+    generator_case_free(sim);
 }
 
 /* Rows by mass against the integral of the exact density, state against the exact one. */
@@ -125,7 +98,7 @@ static void test_wave(void **state)
 {
     (void)state;
     const double amplitude = 0.1, gamma = 5.0 / 3;
-    struct sim *sim = make(&wave_generator, "amplitude: 0.1", 2000, cube);
+    struct sim *sim = generator_case_make(&wave_generator, "amplitude: 0.1", 2000, cube);
     const struct species *gas = &sim->species[GAS];
     double within[20] = {0}, exact[20] = {0};
     for (int64_t i = 0; i < gas->n; i++) {
@@ -138,13 +111,13 @@ static void test_wave(void **state)
     for (int k = 1; k < 20; k++) exact[k] += exact[k - 1];
     for (int k = 0; k < 20; k++) assert_float_equal(within[k], exact[k], 2e-3);     /* a layer of rows or two */
     assert_float_equal(within[19], exact[19], 1e-9);
-    discard(sim);
+    generator_case_free(sim);
 }
 
 static void test_sedov(void **state)
 {
     (void)state;
-    struct sim *sim = make(&sedov_generator, "energy: 3, hot: 10, u: 1e-4", 3000, cube);
+    struct sim *sim = generator_case_make(&sedov_generator, "energy: 3, hot: 10, u: 1e-4", 3000, cube);
     const struct species *gas = &sim->species[GAS];
     double energy = 0, moment[3] = {0};
     int64_t hot = 0;
@@ -157,13 +130,13 @@ static void test_sedov(void **state)
     assert_float_equal(energy, 3 + 1e-4, 1e-5);
     assert_true(hot >= 10 && hot < 40);
     for (int k = 0; k < 3; k++) assert_float_equal(moment[k], 0, 1e-9);     /* as many on either side */
-    discard(sim);
+    generator_case_free(sim);
 }
 
 static void test_noh(void **state)
 {
     (void)state;
-    struct sim *sim = make(&noh_generator, "", 3000, none);
+    struct sim *sim = generator_case_make(&noh_generator, "", 3000, none);
     const struct species *gas = &sim->species[GAS];
     double mass = 0;
     for (int64_t i = 0; i < gas->n; i++) {
@@ -178,17 +151,17 @@ static void test_noh(void **state)
         assert_true(along / sqrt(r * v) < -0.99 || r < 0.02);
     }
     assert_float_equal(mass, 4.0 / 3 * 3.14159265358979, 1e-9);
-    discard(sim);
+    generator_case_free(sim);
 }
 
 /* n_H and T into code units. */
 static void test_medium(void **state)
 {
     (void)state;
-    struct sim *sim = make(&medium_generator, "density: 2, u: 0.5", 1000, cube);
+    struct sim *sim = generator_case_make(&medium_generator, "density: 2, u: 0.5", 1000, cube);
     assert_float_equal(sim->species[GAS].mass[0], 2e-3, 1e-12);
     assert_true(sim->species[GAS].u[999] == 0.5f);
-    discard(sim);
+    generator_case_free(sim);
 }
 
 static void test_refused(void **state)
@@ -199,11 +172,11 @@ static void test_refused(void **state)
         {&medium_generator, "u: 1", cube, 1}, {&medium_generator, "n_h: 1, temperature: 10", cube, 2},
         {&medium_generator, "", cube, 2}};
     for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
-        struct sim *sim = make(cases[c].generator, cases[c].keys, 100, cases[c].side);
+        struct sim *sim = generator_case_make(cases[c].generator, cases[c].keys, 100, cases[c].side);
         assert_int_equal(sim->problems.count, cases[c].problems);
         assert_int_equal(sim->species[GAS].n, 0);
         mem_free(sim->problems.text);
-        discard(sim);
+        generator_case_free(sim);
     }
 }
 
