@@ -13,11 +13,9 @@
 #include <string.h>
 #include <unistd.h>
 
-/* Ends every rank. A second thread that fails meanwhile waits at the lock, which is never opened. */
+/* Ends every rank, after log_last. */
 static _Noreturn void end_all(enum status status)
 {
-    flockfile(stderr);
-    log_close();
     if (comm_size() > 1) comm_abort((int)status);
     exit((int)status);
 }
@@ -29,7 +27,7 @@ void fail(enum status status, const char *format, ...)
     va_start(arguments, format);
     vsnprintf(text, sizeof text, format, arguments);
     va_end(arguments);
-    log_error("%s", text);
+    log_last("%s", text);
     end_all(status);
 }
 
@@ -61,9 +59,9 @@ void problems_report(struct problems *problems)
     size_t length = strlen(problems->text);
     if (length > 0 && problems->text[length - 1] == '\n') problems->text[length - 1] = '\0';
     if (problems->count == 1)
-        log_error("%s", problems->text);
+        log_last("%s", problems->text);
     else
-        log_error("%d problems:\n%s", problems->count, problems->text);
+        log_last("%d problems:\n%s", problems->count, problems->text);
     end_all(STATUS_INPUT);
 }
 

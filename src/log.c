@@ -53,12 +53,17 @@ void log_open(const char *path, bool append)
     pthread_mutex_unlock(&state.lock);
 }
 
-void log_close(void)
+static void close_file(void)
 {
-    pthread_mutex_lock(&state.lock);
     wipe_progress();
     if (state.file) fclose(state.file);
     state.file = NULL;
+}
+
+void log_close(void)
+{
+    pthread_mutex_lock(&state.lock);
+    close_file();
     pthread_mutex_unlock(&state.lock);
 }
 
@@ -98,15 +103,32 @@ int log_warnings(void)
     return warnings;
 }
 
-void log_error(const char *format, ...)
+__attribute__((format(printf, 1, 0)))
+static void write_error(const char *format, va_list arguments)
 {
     char prefix[64] = "tephra: error: ";
     if (comm_size() > 1) snprintf(prefix, sizeof prefix, "tephra: error (rank %d): ", comm_rank());
+    write_line(prefix, format, arguments);
+}
+
+void log_error(const char *format, ...)
+{
     va_list arguments;
     va_start(arguments, format);
     pthread_mutex_lock(&state.lock);
-    write_line(prefix, format, arguments);
+    write_error(format, arguments);
     pthread_mutex_unlock(&state.lock);
+    va_end(arguments);
+}
+
+/* The lock stays closed: nothing that this thread still does may log. */
+void log_last(const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    pthread_mutex_lock(&state.lock);
+    write_error(format, arguments);
+    close_file();
     va_end(arguments);
 }
 

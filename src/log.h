@@ -12,8 +12,11 @@ void log_line(const char *format, ...) __attribute__((format(printf, 1, 2)));
 /* "warning: ..." ; counted, so that a summary can name the number. */
 void log_warning(const char *format, ...) __attribute__((format(printf, 1, 2)));
 int log_warnings(void);
-/* "tephra: error: ..."; from any rank, silent or not. What fail() prints. */
+/* "tephra: error: ..."; from any rank, silent or not. */
 void log_error(const char *format, ...) __attribute__((format(printf, 1, 2)));
+/* log_error for a thread that ends the program next: closes log.txt, and every other thread that logs
+ * from now on waits for the end, so that of several failing threads one speaks. */
+void log_last(const char *format, ...) __attribute__((format(printf, 1, 2)));
 /* A line that a terminal overwrites with the next one; not in log.txt, not when piped. */
 void log_progress(const char *format, ...) __attribute__((format(printf, 1, 2)));
 #endif
