@@ -4,9 +4,9 @@
 #include "device.h"
 #include "direct_engine.h"
 #include "gravity.h"
+#include "log.h"
 #include "mem.h"
 #include <math.h>
-#include <stdio.h>
 
 /* Rows of all species, one after another. */
 struct gathered { int64_t n; double (*pos)[3], *mass; float *soft; int32_t *own; };
@@ -60,7 +60,17 @@ static void deliver(struct sim *sim, const struct gravity *g, enum gravity_outpu
     }
 }
 
-void gravity_direct_device(struct sim *sim, struct gravity *g, enum gravity_output output)
+/* The rows do not fit: under --device auto the CPU goes on. */
+static void leave_device(struct sim *sim, struct gravity *g, const char *error)
+{
+    log_line("gravity: %s; the CPU goes on", error);
+    direct_engine_free(g->engine);
+    g->engine = NULL;
+    device_close(sim->device);
+    sim->device = NULL;
+}
+
+bool gravity_direct_device(struct sim *sim, struct gravity *g, enum gravity_output output)
 {
     int64_t n = 0, active = 0, first = 0;
     for_species(sim, s) {
@@ -79,15 +89,15 @@ void gravity_direct_device(struct sim *sim, struct gravity *g, enum gravity_outp
     direct_engine_sum(g->engine, &(struct direct_rows){active, targets.pos, targets.mass, targets.soft, targets.own},
                       acc, pot);
     const char *error = device_error(sim->device);
+    bool full = error && device_full(sim->device) && !sim->device_needed;
     if (!error) deliver(sim, g, output, acc, pot);
-    else if (!sim->failure.set) {
-        sim->failure.set = true;
-        snprintf(sim->failure.text, sizeof sim->failure.text, "gravity: %s", error);
-    }
+    else if (!full) sim_stop(sim, STATUS_ENVIRONMENT, "gravity: %s", error);
+    else leave_device(sim, g, error);
     g->pairs = n * active;
     g->cells = 0;
     mem_free(acc);
     mem_free(pot);
     gathered_free(&sources);
     gathered_free(&targets);
+    return !full;
 }

@@ -20,7 +20,8 @@
 #include <string.h>
 
 static const char usage[] =
-    "force-test FILE.hdf5 [--set gravity.*|units.*=...] [--threads N] [--sample K] [--repeat M] [--out F.hdf5]";
+    "force-test FILE.hdf5 [--set gravity.*|units.*=...] [--threads N] [--sample K] [--repeat M] "
+    "[--out F.hdf5] [--device auto|cpu|cuda] [--isa v2|v3|v4]";
 
 /* Rows whose errors are measured, unless --sample says otherwise. */
 enum { SAMPLE = 1000 };
@@ -188,7 +189,7 @@ static void write_results(struct sim *sim, const char *path)
 static int force_test_run(int argc, char **argv)
 {
     struct cmd_options options;
-    cmd_parse(&options, argc, argv, "set threads sample repeat out device", usage);
+    cmd_parse(&options, argc, argv, "set threads sample repeat out device isa", usage);
     if (options.n_arguments != 1) fail(STATUS_INPUT, "usage: tephra %s", usage);
     cmd_set_threads(&options);
     struct sim *sim = rows_of_file(&options);

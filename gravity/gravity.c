@@ -48,8 +48,6 @@ static const struct param params[] = {
      offsetof(struct gravity, leaf_size)},
     {"precision", PARAM_CHOICE, "", "float", 0, 0, "float|double",
      "of pair forces; double only with solver direct, as a reference", true, offsetof(struct gravity, precision)},
-    {"instructions", PARAM_CHOICE, "", "auto", 0, 0, "auto|v2|v3|v4",
-     "instruction set of the kernels: x86-64-v2, v3 or v4", true, offsetof(struct gravity, instructions)},
     {"time_step", PARAM_REAL, "", "0.1", 1e-4, 10, NULL,
      "eta of the longest step eta sqrt(2 eps/|a|) of rows without a smoothing length (eps: Plummer's)", true,
      offsetof(struct gravity, time_step)},
@@ -102,10 +100,6 @@ static void set_opening(struct sim *sim, struct gravity *g)
 
 static void check_settings(struct sim *sim, struct gravity *g)
 {
-    static const char *const isa[] = {NULL, "v2", "v3", "v4"};
-    g->kernels = gravity_kernels_find(isa[g->instructions]);
-    if (!g->kernels)
-        problems_add(&sim->problems, "gravity.instructions: this processor does not have x86-64-%s", isa[g->instructions]);
     if (g->precision == PRECISION_DOUBLE && g->solver != SOLVER_DIRECT && g->solver != SOLVER_AUTO)
         problems_add(&sim->problems, "gravity.precision: double is a reference, for solver direct only");
     if (g->solver == SOLVER_TREE && g->order > 2)
@@ -122,6 +116,7 @@ static void declare(struct sim *sim, void *state)
 {
     struct gravity *g = state;
     check_settings(sim, g);
+    g->kernels = gravity_kernels_find(isa_now());
     g->G = sim->units.G;
     g->scale = 1;
     g->built = -1;

@@ -23,7 +23,7 @@ struct gravity {
     /* Parameters, as in the scene. */
     double softening, softening_of[N_SPECIES], accuracy, opening_angle, tolerance, time_step;
     int64_t order, group_size, leaf_size;
-    int softening_kernel, solver, precision, instructions;
+    int softening_kernel, solver, precision;
 
     const struct gravity_kernels *kernels;
     struct gravity_opening opening;
@@ -68,8 +68,9 @@ int gravity_moments_width(const struct gravity_opening *opening);
 enum gravity_output { OUTPUT_FORCE, OUTPUT_SIZE, OUTPUT_POTENTIAL };
 void gravity_walk(struct sim *sim, struct gravity *g, enum gravity_output output);
 void gravity_direct(struct sim *sim, struct gravity *g, enum gravity_output output);
-/* The same on the device of the simulation, in pairs of floats. */
-void gravity_direct_device(struct sim *sim, struct gravity *g, enum gravity_output output);
+/* The same on the device of the simulation, in pairs of floats; false if the rows do not fit and the
+ * CPU may do it instead (--device auto). */
+bool gravity_direct_device(struct sim *sim, struct gravity *g, enum gravity_output output);
 
 /* Acceleration and potential of listed rows of one species by direct sums in double: acc[4 i] is
  * ax, ay, az, potential of row list[i]. */

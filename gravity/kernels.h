@@ -3,6 +3,7 @@
  * units of its size, without G. One table an instruction set, chosen at run time. */
 #ifndef TEPHRA_GRAVITY_KERNELS_H
 #define TEPHRA_GRAVITY_KERNELS_H
+#include "isa.h"
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -108,15 +109,12 @@ struct gravity_exact_table { gravity_exact_sum *sum[GRAVITY_FORMS]; };
 extern const struct gravity_exact_table gravity_exact_table_v2, gravity_exact_table_v3, gravity_exact_table_v4;
 
 struct gravity_kernels {
-    const char *isa;
     int lanes;
     const struct gravity_pair_table *pair;
     const struct gravity_far_table *far;
     const struct gravity_exact_table *exact;
     const struct gravity_judge_table *judge;
 };
-/* The table named ("v2", "v3", "v4"), or the best that this processor runs if isa is NULL. NULL if
- * there is no such table or the processor lacks the instructions. */
-const struct gravity_kernels *gravity_kernels_find(const char *isa);
+const struct gravity_kernels *gravity_kernels_find(enum isa isa);
 
 #endif

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * The module `sph`: parameters, columns, energy and warnings of smoothed particle hydrodynamics
  * (Monaghan 1992, with the neighbours, viscosity and steps of Berczik 1999). */
+#include "isa.h"
 #include "log.h"
 #include "mem.h"
 #include "module.h"
@@ -42,14 +43,7 @@ static const struct param params[] = {
     {0}
 };
 
-static const struct sph_loops *choose_loops(void)
-{
-    __builtin_cpu_init();
-    bool v3 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi2");
-    bool v4 = v3 && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl")
-           && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512bw");
-    return v4 ? &sph_loops_v4 : v3 ? &sph_loops_v3 : &sph_loops_v2;
-}
+static const struct sph_loops *const loops[N_ISA] = {&sph_loops_v2, &sph_loops_v3, &sph_loops_v4};
 
 static void declare(struct sim *sim, void *state)
 {
@@ -68,7 +62,7 @@ static void declare(struct sim *sim, void *state)
     }
     sim->energy_open = sph->eos == SPH_ISOTHERMAL;  /* what keeps the temperature takes energy away */
     tree_need(&sim->tree, NODE_h_max, 1);
-    sph->loops = choose_loops();
+    sph->loops = loops[isa_now()];
 }
 
 static void end(struct sim *sim, void *state)

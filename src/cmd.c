@@ -3,6 +3,7 @@
 #include "cmd.h"
 #include "comm.h"
 #include "device.h"
+#include "isa.h"
 #include "mem.h"
 #include "module.h"
 #include "start.h"
@@ -15,7 +16,7 @@
 #include <string.h>
 #include <unistd.h>
 
-enum { SET = 1, OUT, RESTART, DEVICE, FORCE, THREADS, MAX_WALL, SAMPLE, REPEAT };
+enum { SET = 1, OUT, RESTART, DEVICE, FORCE, THREADS, MAX_WALL, SAMPLE, REPEAT, ISA };
 
 static const struct option all_options[] = {
     {"set", required_argument, NULL, SET},
@@ -27,6 +28,7 @@ static const struct option all_options[] = {
     {"max-wall", required_argument, NULL, MAX_WALL},
     {"sample", required_argument, NULL, SAMPLE},
     {"repeat", required_argument, NULL, REPEAT},
+    {"isa", required_argument, NULL, ISA},
     {0}
 };
 
@@ -66,6 +68,7 @@ static void take(struct cmd_options *options, int option, const char *value)
         if (why) fail(STATUS_INPUT, "--max-wall %s: %s", value, why);
         break;
     }
+    case ISA: isa_choose(value); break;
     default: break;
     }
 }
@@ -106,6 +109,7 @@ void cmd_open_device(const struct cmd_options *options, struct sim *sim)
     int choice = options->device ? device_choice(options->device) : DEVICE_AUTO;
     if (choice < 0) fail(STATUS_INPUT, "--device %s: expects auto, cpu or cuda", options->device);
     sim->device = device_open((enum device_choice)choice);
+    sim->device_needed = choice == DEVICE_CUDA;
 }
 
 struct scene *cmd_scene(const struct cmd_options *options, const char *path)

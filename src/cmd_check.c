@@ -11,7 +11,8 @@
 #include <math.h>
 #include <stdio.h>
 
-static const char usage[] = "check SCENE.yml [--set block.key=value] [--threads N]";
+static const char usage[] =
+    "check SCENE.yml [--set block.key=value] [--threads N] [--device auto|cpu|cuda] [--isa v2|v3|v4]";
 
 static void print_step(const struct sim *sim)
 {
@@ -57,7 +58,7 @@ static double updates_due(const struct sim *sim)
 static int check_scene(int argc, char **argv)
 {
     struct cmd_options options;
-    cmd_parse(&options, argc, argv, "set threads device", usage);
+    cmd_parse(&options, argc, argv, "set threads device isa", usage);
     if (options.n_arguments != 1) fail(STATUS_INPUT, "usage: tephra %s", usage);
     cmd_set_threads(&options);
     struct sim *sim = cmd_sim(cmd_scene(&options, options.argument[0]));

@@ -20,7 +20,8 @@
 #include <unistd.h>
 
 static const char usage[] =
-    "run SCENE.yml [--out DIR] [--force] [--set block.key=value] [--threads N] [--max-wall 3h] | run --restart DIR";
+    "run SCENE.yml [--out DIR] [--force] [--set block.key=value] [--threads N] [--device auto|cpu|cuda] "
+    "[--isa v2|v3|v4] [--max-wall 3h] | run --restart DIR [--set ...]";
 
 static char *text_join(const char *a, const char *b)
 {
@@ -168,6 +169,7 @@ static int again(const struct cmd_options *options)
     sim_begin(sim);
     sim->folder = folder;
     sim->started = sim->rebuild_next = true;
+    output_advise(sim);
     energy_trim(sim, energies);
     open_log(sim, true);
     write_used(sim);
@@ -182,7 +184,7 @@ static int again(const struct cmd_options *options)
 static int run(int argc, char **argv)
 {
     struct cmd_options options;
-    cmd_parse(&options, argc, argv, "out force set threads device max-wall restart", usage);
+    cmd_parse(&options, argc, argv, "out force set threads device max-wall restart isa", usage);
     if (options.n_arguments != (options.restart ? 0 : 1)) fail(STATUS_INPUT, "usage: tephra %s", usage);
     if (options.restart && (options.out || options.force))
         fail(STATUS_INPUT, "--restart goes on in the run's own directory: --out and --force have no meaning with it");

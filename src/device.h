@@ -29,6 +29,8 @@ const char *device_name(const struct device *device);
 void device_memory(const struct device *device, size_t *free, size_t *total);
 /* What went wrong first, or NULL. Waits for the work in flight. */
 const char *device_error(struct device *device);
+/* Whether that was lack of memory, which a run on the CPU survives. */
+bool device_full(const struct device *device);
 /* Memory of the device, not cleared; NULL if it does not fit, which is an error of the device. */
 void *device_alloc(struct device *device, const char *owner, size_t bytes);
 void device_free(struct device *device, void *block);

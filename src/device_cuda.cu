@@ -10,6 +10,7 @@ struct device {
     int index;
     cudaStream_t stream;
     const char *kernel;     /* launched last */
+    bool full;              /* the first fault was lack of memory */
     char name[256];
     char error[512];
 };
@@ -72,12 +73,15 @@ const char *device_error(struct device *device)
     return device_sound(device) ? NULL : device->error;
 }
 
+bool device_full(const struct device *device) { return device->full; }
+
 void *device_alloc(struct device *device, const char *owner, size_t bytes)
 {
     void *block = NULL;
     size_t free, total;
     if (!device_sound(device)) return NULL;
     if (cudaMalloc(&block, bytes) == cudaSuccess) return block;
+    device->full = true;
     device_memory(device, &free, &total);
     snprintf(device->error, sizeof device->error, "%s needs %.2f GB on %s, where %.2f GB are free", owner,
              (double)bytes * 1e-9, device->name, (double)free * 1e-9);

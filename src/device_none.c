@@ -14,6 +14,7 @@ struct device *device_find(int rank, char *why, size_t why_bytes)
 void device_release(struct device *device) { check(!device); }
 const char *device_name(const struct device *device) { check(!device); return "none"; }
 const char *device_error(struct device *device) { check(!device); return NULL; }
+bool device_full(const struct device *device) { check(!device); return false; }
 
 void device_memory(const struct device *device, size_t *free, size_t *total)
 {

@@ -13,6 +13,19 @@
 #include <string.h>
 #include <unistd.h>
 
+static char advice[2048];
+
+void fail_set_advice(const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    strcpy(advice, "; ");
+    vsnprintf(advice + 2, sizeof advice - 2, format, arguments);
+    va_end(arguments);
+}
+
+const char *fail_advice(void) { return advice; }
+
 /* Ends every rank, after log_last. */
 static _Noreturn void end_all(enum status status)
 {
@@ -27,7 +40,7 @@ void fail(enum status status, const char *format, ...)
     va_start(arguments, format);
     vsnprintf(text, sizeof text, format, arguments);
     va_end(arguments);
-    log_last("%s", text);
+    log_last("%s%s", text, status == STATUS_ENVIRONMENT ? advice : "");
     end_all(status);
 }
 

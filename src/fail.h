@@ -17,6 +17,11 @@ enum status {
 /* Prints "tephra: error: ..." on stderr and ends every rank with the given status. */
 _Noreturn void fail(enum status status, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
+/* What to do after a failure of the environment: added to the message of a STATUS_ENVIRONMENT. */
+void fail_set_advice(const char *format, ...) __attribute__((format(printf, 1, 2)));
+/* "; ..." or "" while none is set. */
+const char *fail_advice(void);
+
 /* An invariant of the program. Failing it prints file and line and ends with STATUS_FAULT. */
 #define check(condition) ((condition) ? (void)0 : fail_check(#condition, __FILE__, __LINE__))
 _Noreturn void fail_check(const char *condition, const char *file, int line);

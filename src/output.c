@@ -78,10 +78,16 @@ void output_snapshot(struct sim *sim)
     snapshot_write(sim, in_folder(sim, path, sizeof path, "snapshot_%03lld.hdf5", output->snapshots++));
 }
 
+void output_advise(const struct sim *sim)
+{
+    fail_set_advice("the last checkpoint, of t = %g, is whole: tephra run --restart %s", timeline_now(&sim->time), sim->folder);
+}
+
 void output_checkpoint(struct sim *sim)
 {
     char path[4096];
     checkpoint_write(sim, in_folder(sim, path, sizeof path, "checkpoint.hdf5", 0));
+    output_advise(sim);
 }
 
 static void refresh_potential(struct sim *sim)
@@ -99,8 +105,7 @@ static void check_energy(struct sim *sim, const struct output *output)
     double largest = fabs(energy->first), off = energy->total - energy->first;
     for (int i = 0; i < energy->n; i++) largest = fmax(largest, fabs(energy->value[i]));
     if (isfinite(off) && (sim->energy_open || fabs(off) <= output->energy_limit * largest)) return;
-    sim->failure.set = true;
-    snprintf(sim->failure.text, sizeof sim->failure.text,
+    sim_stop(sim, STATUS_NUMBERS,
              "at t = %g the total energy is %g and was %g at the start: off by more than output.energy_limit = %g "
              "of its largest component (shorter steps or a finer accuracy may help)",
              timeline_now(&sim->time), energy->total, energy->first, output->energy_limit);

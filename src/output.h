@@ -17,6 +17,8 @@ struct output {
 /* An unscheduled checkpoint or a last snapshot, in the run directory. */
 void output_checkpoint(struct sim *sim);
 void output_snapshot(struct sim *sim);
+/* After a checkpoint was written or read: what a failure of the environment shall tell. */
+void output_advise(const struct sim *sim);
 /* Whether the rows' energies are recorded at the present tick. */
 bool output_records(const struct sim *sim);
 #endif

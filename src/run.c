@@ -70,14 +70,17 @@ static bool asked_for_snapshot(void)
     return asked > 0;
 }
 
-/* Told once, by rank 0, with the text of the lowest rank that has one. */
+/* Told once, by rank 0, with the text of the lowest rank that has one. Sound rows give a last snapshot;
+ * a lost device leaves rows half done. */
 static int failed(struct sim *sim)
 {
     double root = sim->failure.set ? comm_rank() : INFINITY;
     comm_min(&root, 1);
     comm_broadcast(&sim->failure, sizeof sim->failure, (int)root);
     ranks_share_rows(sim);
-    if (comm_rank() == 0) log_error("%s", sim->failure.text);
+    bool environment = sim->failure.status == STATUS_ENVIRONMENT;
+    if (comm_rank() == 0) log_error("%s%s", sim->failure.text, environment ? fail_advice() : "");
+    if (environment) return STATUS_ENVIRONMENT;
     log_line("the numbers failed; the last state is in snapshot_%03lld.hdf5",
              (long long)((struct output *)sim_state(sim, "output"))->snapshots);
     output_snapshot(sim);

@@ -6,6 +6,8 @@
 #include "module.h"
 #include "profile.h"
 #include "start.h"
+#include <stdarg.h>
+#include <stdio.h>
 #include <string.h>
 
 const char *const hook_names[N_HOOKS] = {
@@ -191,11 +193,22 @@ double sim_real(const struct sim *sim, const char *name, double fallback)
     return fallback;
 }
 
+void sim_stop(struct sim *sim, enum status status, const char *format, ...)
+{
+    if (sim->failure.set) return;
+    sim->failure = (struct failure){true, status, ""};
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(sim->failure.text, sizeof sim->failure.text, format, arguments);
+    va_end(arguments);
+}
+
 void sim_fail(struct sim *sim, const struct species *table, int64_t row, const char *what)
 {
 #pragma omp critical(sim_failure)
     if (!sim->failure.set) {
         sim->failure.set = true;
+        sim->failure.status = STATUS_NUMBERS;
         char *text = sim->failure.text;
         int size = sizeof sim->failure.text;
         int used = snprintf(text, (size_t)size, "%s particle %llu at t = %g: %s (", species_names[table->kind],

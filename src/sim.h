@@ -19,8 +19,9 @@ struct start;
 struct use { const struct module *module; void *state; };   /* a module of this scene */
 struct call { int hook, use; };                             /* one entry of the step */
 
-/* What went wrong with the numbers; the driver writes a last snapshot and ends with 3. */
-struct failure { bool set; char text[512]; };
+/* What went wrong: with the numbers (the driver writes a last snapshot and ends with 3) or with the
+ * environment (it names the last checkpoint and ends with 5). */
+struct failure { bool set; enum status status; char text[512]; };
 
 struct sim {
     struct scene *scene;
@@ -35,6 +36,7 @@ struct sim {
     struct start *start;                /* where the rows come from (start.h) */
     struct profile *profile;
     struct device *device;  /* NULL: the CPU */
+    bool device_needed;     /* --device cuda: the CPU is no way out */
     struct failure failure;
     uint64_t seed;
     char *folder;           /* the run directory; NULL where nothing is written */
@@ -75,6 +77,8 @@ void *sim_state(const struct sim *sim, const char *module);
 double sim_real(const struct sim *sim, const char *name, double fallback);
 /* Records that a number failed: "energy of gas particle 42 is NaN (rho ..., h ..., u ...)". */
 void sim_fail(struct sim *sim, const struct species *table, int64_t row, const char *what);
+/* Records any other failure of a run, unless one is recorded. Not from a parallel region. */
+void sim_stop(struct sim *sim, enum status status, const char *format, ...) __attribute__((format(printf, 3, 4)));
 /* Position of a row now, predicted if its step goes on: what a walk stages (any thread). */
 static inline void sim_predict(const struct timeline *time, const struct species *s, int64_t i, double pos[3])
 {

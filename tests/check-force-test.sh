@@ -21,6 +21,11 @@ for solver in tree fmm; do
     test_forces --set gravity.solver=$solver --set gravity.accuracy=1e-3; below 3e-3
 done
 
+# Every instruction set that this processor has; the oldest is always there.
+test_forces --set gravity.solver=fmm --isa v2; below 3e-3
+expect_status 2 tephra force-test a.hdf5 --isa v5
+expect_text 'isa v5: expects v2, v3 or v4' err
+
 # A line for every repetition; a tree is built anew and gives the same forces.
 test_forces --set gravity.solver=tree --repeat 3 --sample 200
 [ "$(wc -l <out_text)" -eq 4 ] || fail "$(wc -l <out_text) lines, not 4"

@@ -194,20 +194,15 @@ static void check_kernel(gravity_pair_sum *sum, int form, bool potential, bool o
 static void test_kernels(void **state)
 {
     (void)state;
-    const char *const isa[] = {"v2", "v3", "v4"};
-    int found = 0;
-    for (int v = 0; v < 3; v++) {
-        const struct gravity_kernels *kernels = gravity_kernels_find(isa[v]);
-        if (!kernels) continue;
-        found++;
+    for (int v = 0; v < N_ISA; v++) {
+        if (!isa_runs((enum isa)v)) continue;
+        const struct gravity_kernels *kernels = gravity_kernels_find((enum isa)v);
         for (int form = 0; form < GRAVITY_FORMS; form++) {
             check_kernel(kernels->pair->acc[form], form, false, false);
             check_kernel(kernels->pair->pot[form], form, true, false);
             check_kernel(kernels->pair->own[form], form, true, true);
         }
     }
-    assert_true(found > 0);
-    assert_null(gravity_kernels_find("v9"));
 }
 
 /* --- expansions, in double --- */

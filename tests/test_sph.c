@@ -2,6 +2,7 @@
  * SPH against double-precision brute force: kernels, smoothing lengths on sets that break searches,
  * density, derivatives and forces with sleeping rows, conservation, threads, instruction sets. */
 #include "integrate.h"
+#include "isa.h"
 #include "sph_case.h"
 #include <omp.h>
 #include <setjmp.h>
@@ -452,8 +453,7 @@ static void instruction_sets_agree(void **state)
 {
     (void)state;
     const struct sph_loops *sets[] = {&sph_loops_v3, &sph_loops_v4};
-    __builtin_cpu_init();
-    const bool runs[] = {__builtin_cpu_supports("avx2"), __builtin_cpu_supports("avx512bw")};
+    const bool runs[] = {isa_runs(ISA_V3), isa_runs(ISA_V4)};
     struct result *one = run_with(1, &sph_loops_v2, false);
     for (int s = 0; s < 2; s++) {
         if (!runs[s]) continue;

@@ -66,7 +66,8 @@ enum cudaError_t { cudaSuccess, cudaErrorMemoryAllocation = 2, cudaErrorInsuffic
 enum cudaMemcpyKind { cudaMemcpyHostToDevice = 1, cudaMemcpyDeviceToHost };
 struct cudaDeviceProp { char name[256]; };
 
-/* SHIM_DEVICES in the environment: how many there are; unset, one. -1: no driver. */
+/* SHIM_BYTES in the environment: the largest block there is; unset, 1 GiB.
+ * SHIM_DEVICES in the environment: how many there are; unset, one. -1: no driver. */
 static inline int shim_devices()
 {
     const char *text = getenv("SHIM_DEVICES");
@@ -87,7 +88,8 @@ static inline cudaError_t cudaMemGetInfo(size_t *free, size_t *total) { *free = 
 static inline cudaError_t cudaFree(void *block) { free(block); return cudaSuccess; }
 static inline cudaError_t cudaMalloc(void **block, size_t bytes)
 {
-    *block = bytes > (size_t)1 << 30 ? NULL : malloc(bytes);
+    const char *limit = getenv("SHIM_BYTES");
+    *block = bytes > (limit ? strtoull(limit, NULL, 10) : (size_t)1 << 30) ? NULL : malloc(bytes);
     if (*block) memset(*block, 0xff, bytes); /* NaN: nobody counts on cleared memory */
     return *block ? cudaSuccess : cudaErrorMemoryAllocation;
 }
