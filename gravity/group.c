@@ -156,7 +156,7 @@ void walk_end_group(struct walk *w, const struct stage *stage)
 {
     evaluate(w);
     const struct gravity_targets *t = &w->targets;
-    const double per_length = stage->inverse, per_area = per_length * per_length;
+    const double per_length = stage->frame.inverse, per_area = per_length * per_length;
     for (int i = 0; i < t->n; i++) {
         const struct species *s = &w->sim->species[w->row[i].species];
         int32_t n = w->row[i].index;

@@ -75,11 +75,16 @@ struct gravity_far {
     float soft2;                /* softening squared, in those units */
 };
 
+/* Positions (pos - centre) inverse and G m of n rows, to floats. */
+struct gravity_frame { double centre[3], inverse, G; };
+typedef void gravity_stage_rows(struct gravity_source *out, const struct gravity_frame *frame,
+                                const double (*pos)[3], const double *mass, int64_t n);
 typedef void gravity_pair_sum(struct gravity_targets *t, const struct gravity_sources *s);
 /* Indexed by enum softening_form. */
 struct gravity_pair_table {
     gravity_pair_sum *acc[GRAVITY_FORMS];   /* acceleration */
     gravity_pair_sum *pot[GRAVITY_FORMS];   /* and potential */
+    gravity_stage_rows *stage;              /* rows that need no prediction */
     gravity_pair_sum *own[GRAVITY_FORMS];   /* the sources are the group's own: no row sees itself */
 };
 typedef void gravity_cell_sum(struct gravity_targets *t, const struct gravity_far *far);

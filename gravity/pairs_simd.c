@@ -75,6 +75,23 @@ HD void pairs_all(struct gravity_targets *t, const struct gravity_sources *s, en
     }
 }
 
+/* Two doubles at a time, x and y, then z and the mass: every instruction set has that. */
+typedef double two __attribute__((vector_size(16)));
+typedef float two_float __attribute__((vector_size(8), may_alias, aligned(4)));
+
+static void stage_rows(struct gravity_source *out, const struct gravity_frame *frame, const double (*pos)[3],
+                       const double *mass, int64_t n)
+{
+    const double *centre = frame->centre;
+    const two centre_xy = { centre[0], centre[1] }, centre_z = { centre[2], 0 };
+    const two factor_xy = { frame->inverse, frame->inverse }, factor_zm = { frame->inverse, frame->G };
+    for (int64_t i = 0; i < n; i++) {
+        two xy = { pos[i][0], pos[i][1] }, zm = { pos[i][2], mass[i] };
+        *(two_float *)&out[i].x = __builtin_convertvector((xy - centre_xy) * factor_xy, two_float);
+        *(two_float *)&out[i].z = __builtin_convertvector((zm - centre_z) * factor_zm, two_float);
+    }
+}
+
 #define PAIRS(name, form, potential, own) \
     static void name(struct gravity_targets *t, const struct gravity_sources *s) { pairs_all(t, s, form, potential, own); }
 PAIRS(common_acc, SOFT_COMMON, false, false)
@@ -90,5 +107,6 @@ PAIRS(spline_own, SOFT_SPLINE, true, true)
 const struct gravity_pair_table SIMD_NAME(gravity_pair_table) = {
     .acc = { common_acc, plummer_acc, spline_acc },
     .pot = { common_pot, plummer_pot, spline_pot },
+    .stage = stage_rows,
     .own = { common_own, plummer_own, spline_own },
 };

@@ -8,36 +8,37 @@
 struct stage {
     const struct sim *sim;
     const struct gravity *g;
-    double centre[3], inverse;      /* 1 / unit of length */
-    float half_soft2[N_SPECIES];    /* in that unit */
+    struct gravity_frame frame;
+    float half_soft2[N_SPECIES];    /* in units of length of the frame */
     bool synchronous;               /* no row needs prediction */
 };
 
 static inline struct stage stage_at(const struct sim *sim, const struct gravity *g, const double centre[3], double unit)
 {
-    struct stage stage = {.sim = sim, .g = g, .centre = {centre[0], centre[1], centre[2]}, .inverse = 1 / unit,
+    struct stage stage = {.sim = sim, .g = g, .frame = {{centre[0], centre[1], centre[2]}, 1 / unit, g->G},
                           .synchronous = timeline_synchronous(&sim->time)};
-    for (int s = 0; s < N_SPECIES; s++) stage.half_soft2[s] = (float)(g->half_soft2[s] * stage.inverse * stage.inverse);
+    for (int s = 0; s < N_SPECIES; s++) stage.half_soft2[s] = (float)(g->half_soft2[s] / (unit * unit));
     return stage;
-}
-
-static inline void stage_position(const struct stage *stage, const struct species *s, int64_t i, float x[3])
-{
-    double pos[3] = {s->pos[i][0], s->pos[i][1], s->pos[i][2]};
-    if (!stage->synchronous) sim_predict(&stage->sim->time, s, i, pos);
-    for (int k = 0; k < 3; k++) x[k] = (float)((pos[k] - stage->centre[k]) * stage->inverse);
 }
 
 /* Appends rows [from, to) of a species; there is room. */
 static inline void stage_sources(const struct stage *stage, struct gravity_sources *out, const struct species *s,
                                  int64_t from, int64_t to)
 {
-    float soft = stage->half_soft2[s->kind];
-    for (int64_t i = from; i < to; i++) {
-        float x[3];
-        stage_position(stage, s, i, x);
-        out->row[out->n] = (struct gravity_source){x[0], x[1], x[2], (float)(stage->g->G * s->mass[i])};
-        out->soft[out->n++] = soft;
+    enum { BLOCK = 64 };
+    gravity_stage_rows *const rows = stage->g->kernels->pair->stage;
+    for (int64_t i = from; i < to; i++) out->soft[out->n + (i - from)] = stage->half_soft2[s->kind];
+    if (stage->synchronous) {
+        rows(out->row + out->n, &stage->frame, (const double (*)[3])s->pos + from, s->mass + from, to - from);
+        out->n += (int)(to - from);
+        return;
+    }
+    for (int64_t first = from; first < to; first += BLOCK) {
+        double pos[BLOCK][3];
+        int64_t end = to < first + BLOCK ? to : first + BLOCK;
+        for (int64_t i = first; i < end; i++) sim_predict(&stage->sim->time, s, i, pos[i - first]);
+        rows(out->row + out->n, &stage->frame, (const double (*)[3])pos, s->mass + first, end - first);
+        out->n += (int)(end - first);
     }
 }
 #endif
