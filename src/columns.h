@@ -28,6 +28,9 @@
     COLUMN(metals,   double,      , KEEP, "M",        "Metallicity",     "mass fraction of metals (the column itself: their mass)") \
     COLUMN(mass_o,   double,      , KEEP, "M",        "Oxygen",          "mass fraction of oxygen (the column itself: its mass)") \
     COLUMN(mass_fe,  double,      , KEEP, "M",        "Iron",            "mass fraction of iron (the column itself: its mass)") \
+    COLUMN(birth,    double,      , KEEP, "L V^-1",   "StellarFormationTime", "time at which the stars formed") \
+    COLUMN(mass_born,double,      , KEEP, "M",        "InitialMass",     "mass of the stars when they formed") \
+    COLUMN(age_paid, double,      , KEEP, "L V^-1",   "",                "age up to which the stars have returned what was due") \
     COLUMN(acc_old,  float,    [3], STEP, "V^2 L^-1", "",                "acceleration at the start of the step") \
     COLUMN(du_old,   float,       , STEP, "V^3 L^-1", "",                "du at the start of the step") \
     COLUMN(dt,       float,       , STEP, "L V^-1",   "",                "longest step that every module allows") \

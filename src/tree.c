@@ -277,6 +277,14 @@ void tree_follow(struct sim *sim)
     follow(sim, 0, &part);
 }
 
+void tree_follow_rows(struct sim *sim, enum species_kind kind, const int32_t *row, int64_t n)
+{
+    struct part part = {0};
+    part.list[kind] = row;
+    part.to[kind] = n;
+    if (sim->tree.n_nodes > 0) follow(sim, 0, &part);
+}
+
 static void collect(const struct tree *tree, int32_t n, unsigned mask, int size, int32_t *groups, int32_t *count)
 {
     const struct node *node = &tree->node[n];

@@ -45,6 +45,8 @@ void tree_build(struct sim *sim);
 void tree_refit(struct sim *sim);
 /* Widens boxes and speeds for the rows whose step ends now and whose paths have just changed: the step's last act. */
 void tree_follow(struct sim *sim);
+/* The same for rows of one species that were changed in the midst of their step; ascending. */
+void tree_follow_rows(struct sim *sim, enum species_kind kind, const int32_t *row, int64_t n);
 /* Fills active_count along the paths from the root to the active rows. */
 void tree_mark_active(struct sim *sim);
 /* Cells that are the topmost with at most `size` rows of the species in `mask` (and at least one):
