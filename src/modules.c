@@ -5,10 +5,10 @@
 
 #define MODULES(X) \
     X(output) X(time) X(box) X(tree) X(leapfrog) X(pec) \
-    X(gravity) X(sph) X(cooling) \
+    X(gravity) X(sph) X(cooling) X(feedback) \
     X(ranks) X(steps)
 
-#define GENERATORS(X) X(evrard) X(medium) X(noh) X(plummer) X(sedov) X(tube) X(uniform) X(wave)
+#define GENERATORS(X) X(evrard) X(medium) X(noh) X(plummer) X(sedov) X(ssp) X(tube) X(uniform) X(wave)
 
 #define COMMANDS(X) \
     X(run) X(check) X(ics) X(force_test) X(info) X(compare) X(params)

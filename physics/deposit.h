@@ -1,0 +1,24 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Gives mass, momentum, elements and energy to gas rows, conserving each; the kinetic energy that mixing
+ * takes becomes heat (doc/manual/feedback.md, section 2). */
+#ifndef TEPHRA_DEPOSIT_H
+#define TEPHRA_DEPOSIT_H
+#include "nearest.h"
+
+/* All in code units; the gas goes with velocity vel and no internal energy of its own but `energy`. */
+struct deposit { double vel[3], mass, element[END_ELEMENTS - FIRST_ELEMENT], energy; };
+
+/* Whether the place from which the rows were looked for lies within the kernel of one of them. */
+bool deposit_reaches(const struct sim *sim, const struct nearest *nearest);
+/* Rows in the midst of their step that shall take shorter ones: a woken row looks active, so that they
+ * are woken when all else of this step is done. */
+struct deposit_wishes { struct deposit_wish { int32_t row; uint8_t rung; } *list; int64_t n, capacity; };
+
+/* Shares of the rows, m_j W(r_j, h)/sum with 2h the distance of the last. Rows in the midst of their step
+ * are changed so that their state now is what it would be after the event; those whose new sound speed
+ * asks for shorter steps are added to `wishes`. */
+void deposit_to_gas(struct sim *sim, const struct deposit *deposit, const struct nearest *nearest,
+                    struct deposit_wishes *wishes);
+/* In LIMIT, after sph: lowers the rungs. Forgets the wishes. */
+void deposit_wake(struct sim *sim, struct deposit_wishes *wishes);
+#endif

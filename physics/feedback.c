@@ -1,0 +1,268 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * The module `feedback`: star rows are populations that return mass, elements and energy to the gas
+ * around them (populations.h, doc/manual/feedback.md). What is due at the end of a star's step follows from
+ * its age and from what it has paid; it is paid once it is worth the search for gas, or stays in the row. */
+#include "comm.h"
+#include "constants.h"
+#include "deposit.h"
+#include "log.h"
+#include "mem.h"
+#include "module.h"
+#include "populations.h"
+#include "random.h"
+#include "ranks.h"
+#include "sph/sph.h"
+#include <math.h>
+
+enum { N_ELEMENTS = END_ELEMENTS - FIRST_ELEMENT };
+
+struct feedback {
+    /* Parameters. */
+    int imf, snia;
+    double binaries, snia_number, efficiency, energy, nebula, portion, discrete, metallicity;
+    int64_t neighbours;
+    /* State. */
+    struct population *population;
+    struct deposit_wishes wishes;
+    double years, suns, erg;                    /* code units of time, mass and energy in years, Msun and erg */
+    double injected[N_POPULATION_CAUSES];       /* energy given to the gas since the start, all ranks */
+    double returned[N_POPULATION_CAUSES];       /* mass */
+    double made[N_ELEMENTS];                    /* masses of elements made in stars */
+    int64_t unpaid;                             /* times that a star found no gas */
+};
+
+static const struct param params[] = {
+    {"imf", PARAM_CHOICE, "", "kroupa1993", 0, 0, IMF_CHOICES, "initial mass function of the stars", false,
+     offsetof(struct feedback, imf)},
+    {"snia", PARAM_CHOICE, "", "binary", 0, 0, POPULATION_SNIA_CHOICES,
+     "supernovae Ia: binaries (Greggio & Renzini 1983), a law of delays (Maoz et al. 2012), or none", false,
+     offsetof(struct feedback, snia)},
+    {"binaries", PARAM_REAL, "", "0.05", 0, 1, NULL, "part of the systems of 3 to 16 Msun that are binaries which explode",
+     false, offsetof(struct feedback, binaries)},
+    {"snia_number", PARAM_REAL, "", "1.3e-3", 0, 1, NULL, "supernovae Ia of the law of delays per Msun in 13.8 Gyr", false,
+     offsetof(struct feedback, snia_number)},
+    {"efficiency", PARAM_REAL, "", "0.1", 0, 1, NULL,
+     "part of a supernova's energy that the gas receives as heat", true, offsetof(struct feedback, efficiency)},
+    {"energy", PARAM_REAL, "", "1e51", 0, 1e54, NULL, "energy of a supernova in erg", true, offsetof(struct feedback, energy)},
+    {"nebula", PARAM_REAL, "", "1e47", 0, 1e54, NULL, "energy of a planetary nebula in erg", true,
+     offsetof(struct feedback, nebula)},
+    {"neighbours", PARAM_COUNT, "", "50", 1, NEAREST_MOST, NULL, "gas rows that share what a star returns", true,
+     offsetof(struct feedback, neighbours)},
+    {"portion", PARAM_REAL, "", "1e-4", 0, 0.1, NULL,
+     "part of the mass of its stars that a row returns at once; less stays in the row until it has come together", true,
+     offsetof(struct feedback, portion)},
+    {"discrete", PARAM_REAL, "mass", "none", 0, 1e300, NULL,
+     "stars of less mass have whole numbers of supernovae, drawn at random; default: 1e3 Msun", true,
+     offsetof(struct feedback, discrete)},
+    {"metallicity", PARAM_REAL, "", "0.02", 0, 1, NULL,
+     "mass fraction of metals, in solar proportions, of rows that have none at the start", false,
+     offsetof(struct feedback, metallicity)},
+    {0}
+};
+
+#define SAVED(field) {#field, offsetof(struct feedback, field), sizeof((struct feedback *)0)->field}
+static const struct saved saved[] = {SAVED(injected), SAVED(returned), SAVED(made), {0}};
+#undef SAVED
+
+static const char *const requires[] = {"sph", NULL};
+
+static void declare(struct sim *sim, void *state)
+{
+    struct feedback *feedback = state;
+    const struct sph *sph = sim_state(sim, "sph");
+    static const enum species_kind kinds[] = {GAS, STAR};
+    static const enum column of_stars[] = {COLUMN_birth, COLUMN_mass_born, COLUMN_age_paid};
+    for (int s = 0; s < 2; s++)
+        for (int c = FIRST_ELEMENT; c < END_ELEMENTS; c++) species_need(&sim->species[kinds[s]], (enum column)c);
+    for (int c = 0; c < 3; c++) species_need(&sim->species[STAR], of_stars[c]);
+    if (sph->eos == SPH_ISOTHERMAL)
+        problems_add(&sim->problems, "feedback needs gas with an energy equation: sph.eos is isothermal");
+    if (!sim->units.physical) problems_add(&sim->problems, "feedback needs physical units: this scene is dimensionless");
+    if (isnan(feedback->discrete)) feedback->discrete = 1e3 * CONST_M_SUN / sim->units.mass;
+}
+
+/* Rows without metals at the start of a run become solar in proportion (Asplund et al. 2009: Z = 0.0134,
+ * O 5.73e-3, Fe 1.29e-3). */
+static void enrich(struct species *s, double metallicity)
+{
+    const double part[N_ELEMENTS] = {1, 0.428, 0.0963};
+    bool none = true;
+    for (int64_t i = 0; i < s->n; i++) none = none && s->metals[i] == 0;
+    for (int c = 0; c < N_ELEMENTS && none; c++) {
+        double *element = species_column(s, (enum column)(FIRST_ELEMENT + c));
+        for (int64_t i = 0; i < s->n; i++) element[i] = metallicity * part[c] * s->mass[i];
+    }
+}
+
+static void begin(struct sim *sim, void *state)
+{
+    struct feedback *feedback = state;
+    struct species *star = &sim->species[STAR], *gas = &sim->species[GAS];
+    struct population_options options = population_defaults();
+    options.imf = (enum imf_kind)feedback->imf;
+    options.snia = (enum population_snia)feedback->snia;
+    options.binaries = feedback->binaries;
+    options.snia_number = feedback->snia_number;
+    feedback->population = population_new(&options);
+    feedback->years = units_cgs(&sim->units, "time") / CONST_YEAR;
+    feedback->suns = sim->units.mass / CONST_M_SUN;
+    feedback->erg = units_cgs(&sim->units, "energy");
+    if (sim->time.tick > 0 || sim->started) return;
+    if (gas->n > 0) enrich(gas, feedback->metallicity);
+    if (star->n > 0) enrich(star, feedback->metallicity);
+    for (int64_t i = 0; i < star->n; i++) {
+        if (star->mass_born[i] == 0) star->mass_born[i] = star->mass[i];
+        if (star->age_paid[i] == 0) star->age_paid[i] = fmax(timeline_now(&sim->time) - star->birth[i], 0);
+    }
+}
+
+static void end(struct sim *sim, void *state)
+{
+    struct feedback *feedback = state;
+    (void)sim;
+    population_free(feedback->population);
+    mem_free(feedback->wishes.list);
+}
+
+/* --- what is due --- */
+
+/* What a star row owes, in code units; elements include what its stars were born with. */
+struct due {
+    double age, mass, energy, element[N_ELEMENTS], made[N_ELEMENTS];
+    double mass_by[N_POPULATION_CAUSES], energy_by[N_POPULATION_CAUSES];
+    struct nearest nearest;
+};
+
+/* A whole number with the given mean, by inversion; means are small. */
+static double draw_number(const struct random *key, uint64_t draw, double mean)
+{
+    double left = random_uniform(key, draw), p = exp(-mean);
+    int number = 0;
+    for (; left > p && number < 1000; p *= mean / ++number) left -= p;
+    return number;
+}
+
+/* Energy of the events of one cause; whole supernovae where the population is small. */
+static double energy_of(const struct sim *sim, const struct feedback *feedback, int64_t i, int cause, double number)
+{
+    const struct species *star = &sim->species[STAR];
+    const struct random key = {sim->seed, star->id[i], (uint64_t)sim->time.tick, random_stream("feedback")};
+    if (cause == POPULATION_AGB) return number * feedback->nebula / feedback->erg;
+    if (star->mass_born[i] < feedback->discrete) number = draw_number(&key, (uint64_t)cause, number);
+    return number * feedback->efficiency * feedback->energy / feedback->erg;
+}
+
+/* False if less than a portion is due. */
+static bool find_due(const struct sim *sim, const struct feedback *feedback, int64_t i, struct due *due)
+{
+    const struct species *star = &sim->species[STAR];
+    const double mass = star->mass[i], born = star->mass_born[i];
+    const double share[N_ELEMENTS] = {star->metals[i] / mass, star->mass_o[i] / mass, star->mass_fe[i] / mass};
+    const struct population_birth birth = {share[0], share[1], share[2]};
+    struct population_return now[N_POPULATION_CAUSES], paid[N_POPULATION_CAUSES];
+    *due = (struct due){.age = timeline_now(&sim->time) - star->birth[i]};
+    if (!(due->age > star->age_paid[i])) return false;
+    population_returned(feedback->population, due->age * feedback->years, &birth, now);
+    population_returned(feedback->population, star->age_paid[i] * feedback->years, &birth, paid);
+    for (int c = 0; c < N_POPULATION_CAUSES; c++) due->mass += due->mass_by[c] = born * fmax(now[c].mass - paid[c].mass, 0);
+    if (!(due->mass > feedback->portion * born)) return false;
+    for (int c = 0; c < N_POPULATION_CAUSES; c++) {
+        double number = born * feedback->suns * fmax(now[c].number - paid[c].number, 0);
+        const double element[N_ELEMENTS] = {now[c].metals - paid[c].metals, now[c].o - paid[c].o, now[c].fe - paid[c].fe};
+        due->energy += due->energy_by[c] = energy_of(sim, feedback, i, c, number);
+        for (int e = 0; e < N_ELEMENTS; e++) due->element[e] += born * fmax(element[e], 0);
+    }
+    for (int e = 0; e < N_ELEMENTS; e++) due->made[e] = due->element[e] - share[e] * due->mass;
+    nearest_gas(sim, star->pos[i], (int)feedback->neighbours, &due->nearest);
+    return true;
+}
+
+/* --- paying --- */
+
+static void pay(struct sim *sim, struct feedback *feedback, int64_t i, const struct due *due)
+{
+    struct species *star = &sim->species[STAR];
+    struct deposit deposit = {.mass = due->mass, .energy = due->energy};
+    if (!deposit_reaches(sim, &due->nearest)) {
+        if (feedback->unpaid++ == 0)
+            log_line("feedback: star %llu has no gas near: it keeps what is due until it has",
+                     (unsigned long long)star->id[i]);
+        return;
+    }
+    for (int k = 0; k < 3; k++) deposit.vel[k] = star->vel[i][k];
+    for (int e = 0; e < N_ELEMENTS; e++) {
+        double *element = species_column(star, (enum column)(FIRST_ELEMENT + e));
+        deposit.element[e] = due->element[e];
+        element[i] *= 1 - due->mass / star->mass[i];
+        feedback->made[e] += due->made[e];
+    }
+    star->mass[i] -= due->mass;
+    star->age_paid[i] = due->age;
+    for (int c = 0; c < N_POPULATION_CAUSES; c++) {
+        feedback->injected[c] += due->energy_by[c];
+        feedback->returned[c] += due->mass_by[c];
+    }
+    deposit_to_gas(sim, &deposit, &due->nearest, &feedback->wishes);
+}
+
+/* All ranks hold all rows and do the same for all stars: gas of any rank may receive. The search is
+ * shared among threads, stars pay one after the other in row order. */
+static void event(struct sim *sim, void *state)
+{
+    enum { BLOCK = 256 };
+    struct feedback *feedback = state;
+    const struct species *star = &sim->species[STAR];
+    uint64_t keep = 0;
+    int64_t n = star->n_ending;
+    if (n == 0) return;
+    for (int c = 0; c < N_COLUMNS; c++) keep |= (uint64_t)(column_table[c].lifetime == KEEP) << c;
+    ranks_share(sim, keep);
+    struct due *due = mem_array("feedback", struct due, n < BLOCK ? n : BLOCK);
+    bool owes[BLOCK];
+    for (int64_t from = 0; from < n; from += BLOCK) {
+        int64_t count = n - from < BLOCK ? n - from : BLOCK;
+#pragma omp parallel for schedule(dynamic, 4)
+        for (int64_t k = 0; k < count; k++) owes[k] = find_due(sim, feedback, star->ending[from + k], &due[k]);
+        for (int64_t k = 0; k < count; k++)
+            if (owes[k]) pay(sim, feedback, star->ending[from + k], &due[k]);
+    }
+    mem_free(due);
+}
+
+static void limit(struct sim *sim, void *state) { deposit_wake(sim, &((struct feedback *)state)->wishes); }
+
+static void energy(struct sim *sim, void *state, struct energy_sink *sink)
+{
+    const struct feedback *feedback = state;
+    (void)sim;
+    for (int c = 0; c < N_POPULATION_CAUSES; c++) {
+        char name[32];
+        snprintf(name, sizeof name, "injected_%s", population_cause_names[c]);
+        sink->add(sink, name, comm_rank() == 0 ? -feedback->injected[c] : 0);
+    }
+}
+
+/* A gas row of more than this, heated by its own stars, radiates the heat of supernovae before it can
+ * expand: the mass that one supernova heats to 1e6 K with an efficiency of 1 (3/2 k T/(0.6 m_p) = E). */
+static const double heated_mass = 2.4e3;        /* Msun */
+
+static void warn(struct sim *sim, void *state)
+{
+    const struct feedback *feedback = state;
+    const struct species *gas = &sim->species[GAS];
+    double mass = 0;
+    for (int64_t i = 0; i < gas->n; i++) mass += gas->mass[i] * sim->units.mass / CONST_M_SUN / (double)gas->n;
+    if (sim_state(sim, "cooling") && feedback->efficiency < 1 && mass < 0.1 * heated_mass)
+        log_warning("feedback.efficiency = %g: gas rows of %.3g Msun resolve supernovae, for which 1 is due",
+                    feedback->efficiency, mass);
+    if (sim_state(sim, "cooling") && feedback->efficiency > 0 && mass > heated_mass)
+        log_warning("gas rows of %.3g Msun: dense gas radiates the heat of a supernova before it expands "
+                    "(above about %.2g Msun)", mass, heated_mass);
+}
+
+const struct module feedback_module = {
+    .name = "feedback", .doc = "stars return mass, elements and energy to the gas", .kind = MODULE_BLOCK,
+    .params = params, .requires = requires, .state_bytes = sizeof(struct feedback), .saved = saved,
+    .declare = declare, .begin = begin, .end = end, .energy = energy, .warn = warn,
+    .hook = {[HOOK_EVENT] = event, [HOOK_LIMIT] = limit},
+};

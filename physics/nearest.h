@@ -1,0 +1,12 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * The gas rows nearest to a place, through the tree's boxes. */
+#ifndef TEPHRA_NEAREST_H
+#define TEPHRA_NEAREST_H
+#include "sim.h"
+
+enum { NEAREST_MOST = 256 };
+struct nearest { int n; int32_t row[NEAREST_MOST]; double r2[NEAREST_MOST]; };  /* by distance, then row */
+
+/* The `count` gas rows nearest to a place now, the nearest image of each; fewer if there are fewer. */
+void nearest_gas(const struct sim *sim, const double pos[3], int count, struct nearest *nearest);
+#endif

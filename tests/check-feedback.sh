@@ -1,0 +1,51 @@
+#!/bin/sh
+# SPDX-License-Identifier: GPL-3.0-or-later
+# Stars that return mass, elements and energy: what populations.md says is due, books that close, the
+# same stars on 1 and 2 threads, on two ranks and after a restart.
+. "$TEPHRA_SOURCE/tests/lib.sh"
+scene=$TEPHRA_SOURCE/ics/ssp_box.yml
+small="--set start.n=410 --set time.end=50Myr"
+# column FILE NAME LINE: a number of energy.csv; line 2 is the start.
+column() { awk -F, -v name="$2" -v line="$3" 'NR == 1 { for (i = 1; i <= NF; i++) { sub(/ .*/, "", $i); if ($i == name) at = i } next }
+    { last = $at } NR == line { print last; done = 1; exit } END { if (!done) print last }' "$1"; }
+near() { awk -v a="$1" -v b="$2" -v t="$3" 'BEGIN { d = a - b; if (d < 0) d = -d; if (b < 0) b = -b; exit !(d <= t * b) }'; }
+
+expect_status 0 tephra run "$scene" $small --threads 1 --out one
+expect_status 0 tephra run "$scene" $small --threads 2 --out two
+same one/snapshot_004.hdf5 two/snapshot_004.hdf5
+expect_status 0 tephra run "$scene" $small --set time.end=25Myr --out half
+expect_status 0 tephra run --restart half --set time.end=50Myr
+same one/snapshot_004.hdf5 half/snapshot_004.hdf5
+cut -d, -f1-13 one/energy.csv >a; cut -d, -f1-13 half/energy.csv >b
+cmp -s a b || fail "energies differ after a restart"
+if command -v mpirun >/dev/null && ! tephra --version | grep -q 'MPI *no'; then
+    expect_status 0 mpirun -n 2 --oversubscribe tephra run "$scene" $small --out ranks
+    same one/snapshot_004.hdf5 ranks/snapshot_004.hdf5
+fi
+
+# 1e5 Msun of stars, 50 Myr old: 497.5 supernovae of 1e50 erg (1.98841e53 erg is one unit of energy), 0.06256
+# of the mass from them and 0.0091 from winds within a portion of 1e-4.
+energies=one/energy.csv
+near "$(column $energies injected_snii 0)" -0.250195 1e-3 || fail "energy of SNII: $(column $energies injected_snii 0)"
+returned=$(awk -v s="$(column $energies mass_star 0)" 'BEGIN { print 1 - s / 1e-5 }')
+near "$returned" 0.0716 0.01 || fail "the stars returned $returned of their mass"
+
+# Books: mass of gas and stars, energy.
+for line in 10 40 0; do
+    awk -v g="$(column $energies mass_gas $line)" -v s="$(column $energies mass_star $line)" \
+        -v g0="$(column $energies mass_gas 2)" -v s0="$(column $energies mass_star 2)" \
+        'BEGIN { d = (g + s) / (g0 + s0) - 1; exit !(d < 1e-12 && d > -1e-12) }' || fail "mass is not conserved"
+done
+near "$(column $energies total 0)" "$(column $energies total 2)" 1e-3 || fail "energy: $(column $energies error 0)"
+
+# Oxygen and iron of gas and stars: no less in stars, more in the gas.
+tephra info one/snapshot_004.hdf5 >info
+grep -A30 '^gas' info | grep -m1 Oxygen | awk '{ exit !($5 > 0.0088) }' || fail "no oxygen in the gas: $(grep Oxygen info)"
+grep -A30 '^star' info | grep -m1 Iron | awk '{ exit !($3 == $5) }' || fail "the stars' own iron changed"
+
+# Refused.
+expect_status 2 tephra check "$scene" --set sph=off
+expect_text 'block "feedback" needs a block "sph"' err
+expect_status 2 tephra check "$scene" --set feedback.imf=kroupa
+expect_text 'kroupa1993' err
+finish

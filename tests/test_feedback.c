@@ -1,0 +1,179 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * What stars give to gas: the nearest rows against a search of all, what a deposit conserves (in rows in
+ * the midst of their step too), and stars without gas near, which keep what is due. */
+#include "physics/deposit.h"
+#include "log.h"
+#include "mem.h"
+#include "module.h"
+#include "run.h"
+#include "start.h"
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+#include <cmocka.h>
+
+static struct sim *new_sim(const char *const *set)
+{
+    struct problems problems = {0};
+    struct scene *scene = scene_new(".");
+    const char *const fixed[] = {"units={length: kpc, mass: 1e10 Msun, velocity: km/s}", "box={x: 1, y: 1, z: 2}",
+                                 "start={generator: ssp, n: 303, n_h: 0.1 cm^-3, stars: 3, star_mass: 1e-6}", "time={end: 0.1}",
+                                 "output={snapshot_every: 0.01}", "sph={}", "feedback={}", NULL};
+    for (const char *const *s = fixed; *s; s++) scene_set(scene, *s, &problems);
+    for (const char *const *s = set; *s; s++) scene_set(scene, *s, &problems);
+    problems_report(&problems);
+    struct sim *sim = sim_new(scene, SIM_RUN);
+    problems_report(&sim->problems);
+    start_load(sim);
+    problems_report(&sim->problems);
+    sim_begin(sim);
+    return sim;
+}
+
+static const char *const plain[] = {NULL};
+
+struct place { double r2; int32_t row; };
+
+static int nearer(const void *a, const void *b)
+{
+    const struct place *p = a, *q = b;
+    return p->r2 != q->r2 ? (p->r2 > q->r2) - (p->r2 < q->r2) : (p->row > q->row) - (p->row < q->row);
+}
+
+static void test_nearest(void **unused)
+{
+    (void)unused;
+    struct sim *sim = new_sim(plain);
+    const struct species *gas = &sim->species[GAS];
+    assert_true(run_step(sim, HOOK_LIMIT) && run_step(sim, HOOK_LIMIT));
+    struct place *all = mem_array("test", struct place, gas->n);
+    struct nearest *nearest = mem_alloc("test", sizeof *nearest);
+    for (int trial = 0; trial < 40; trial++) {
+        double pos[3] = {0.37 * trial - floor(0.37 * trial), 0.61 * trial - floor(0.61 * trial), 0.05 * trial};
+        for (int32_t i = 0; i < gas->n; i++) {
+            double now[3], r2 = 0;
+            sim_predict(&sim->time, gas, i, now);
+            for (int k = 0; k < 3; k++) {
+                double d = now[k] - pos[k], side = sim->box.side[k];
+                d -= side * rint(d / side);
+                r2 += d * d;
+            }
+            all[i] = (struct place){r2, i};
+        }
+        qsort(all, (size_t)gas->n, sizeof *all, nearer);
+        int count = 1 + 6 * trial;
+        nearest_gas(sim, pos, count, nearest);
+        assert_int_equal(nearest->n, count);
+        for (int k = 0; k < count; k++) {
+            assert_int_equal(nearest->row[k], all[k].row);
+            assert_true(fabs(nearest->r2[k] - all[k].r2) <= 1e-12 * all[k].r2);
+        }
+    }
+    mem_free(all);
+    mem_free(nearest);
+    sim_free(sim);
+}
+
+/* Mass, momentum now, energy now (kinetic and thermal at the rows' own u), metals. */
+enum { MASS, MOMENTUM, ENERGY = MOMENTUM + 3, METALS, N_SUMS };
+
+static void sum_gas(const struct sim *sim, double sum[N_SUMS])
+{
+    const struct species *gas = &sim->species[GAS];
+    memset(sum, 0, N_SUMS * sizeof *sum);
+    for (int64_t i = 0; i < gas->n; i++) {
+        double lag = timeline_lag(&sim->time, gas->rung[i], gas->rung0[i]);
+        sum[MASS] += gas->mass[i];
+        sum[METALS] += gas->metals[i];
+        sum[ENERGY] += gas->mass[i] * (double)gas->u[i];
+        for (int k = 0; k < 3; k++) {
+            double v = integrate_velocity(gas->vel[i][k], (double)gas->acc[i][k], lag);
+            sum[MOMENTUM + k] += gas->mass[i] * v;
+            sum[ENERGY] += 0.5 * gas->mass[i] * v * v;
+        }
+    }
+}
+
+static void test_deposit(void **unused)
+{
+    (void)unused;
+    struct sim *sim = new_sim(plain);
+    struct species *gas = &sim->species[GAS];
+    double before[N_SUMS], after[N_SUMS];
+    assert_true(run_step(sim, HOOK_LIMIT));
+    for (int64_t i = 0; i < gas->n; i += 2) gas->rung[i] = gas->rung0[i] = RUNG_TOP - 8;
+    assert_true(run_step(sim, HOOK_CORRECT));
+    assert_true(gas->n_active > 0 && gas->n_active < gas->n);  /* others are in the midst of their step */
+    struct nearest *nearest = mem_alloc("test", sizeof *nearest);
+    struct deposit_wishes wishes = {0};
+    const double pos[3] = {0.01, 0.99, 0.4};
+    double (*place)[3] = mem_alloc("test", (size_t)gas->n * sizeof *place);
+    for (int64_t i = 0; i < gas->n; i++) sim_predict(&sim->time, gas, i, place[i]);
+    nearest_gas(sim, pos, 50, nearest);
+    assert_true(deposit_reaches(sim, nearest));
+    struct deposit deposit = {.vel = {30, -20, 10}, .mass = 1e-8, .element = {1e-9, 5e-10, 1e-11}, .energy = 1e-3};
+    sum_gas(sim, before);
+    deposit_to_gas(sim, &deposit, nearest, &wishes);
+    sum_gas(sim, after);
+    assert_true(fabs(after[MASS] - before[MASS] - 1e-8) < 1e-18);
+    assert_true(fabs(after[METALS] - before[METALS] - 1e-9) < 1e-19);
+    for (int k = 0; k < 3; k++) assert_true(fabs(after[MOMENTUM + k] - before[MOMENTUM + k] - 1e-8 * deposit.vel[k]) < 1e-17);
+    double given = 1e-3 + 0.5e-8 * (900 + 400 + 100);
+    assert_true(fabs(after[ENERGY] - before[ENERGY] - given) < 1e-5 * given);   /* u is a float */
+    for (int64_t i = 0; i < gas->n; i++) {
+        double now[3];
+        sim_predict(&sim->time, gas, i, now);
+        for (int k = 0; k < 3; k++) assert_true(fabs(now[k] - place[i][k]) < 1e-14);
+    }
+    assert_true(wishes.n > 0);                  /* hot gas that sleeps shall wake */
+    int32_t row = wishes.list[0].row;
+    assert_true(wishes.list[0].rung < gas->rung[row]);
+    deposit_wake(sim, &wishes);
+    assert_true(wishes.n == 0 && gas->rung[row] < gas->rung0[row]);
+    mem_free(wishes.list);
+    mem_free(place);
+    mem_free(nearest);
+    sim_free(sim);
+}
+
+/* Gas far away: stars keep their mass and pay all of it when gas is near again. */
+static void test_no_gas(void **unused)
+{
+    (void)unused;
+    const char *const coarse[] = {"time.dt_max=0.01", NULL};
+    struct sim *sim = new_sim(coarse);
+    struct species *gas = &sim->species[GAS], *star = &sim->species[STAR];
+    log_silence(true);
+    float *h = mem_array("test", float, gas->n);
+    while (sim->time.tick < sim->time.tick_end) {
+        assert_true(run_step(sim, HOOK_SOURCE));
+        for (int64_t i = 0; i < gas->n; i++) {
+            h[i] = gas->h[i];
+            gas->h[i] = 1e-6f;
+        }
+        sim_run_hook(sim, HOOK_EVENT);
+        for (int64_t i = 0; i < gas->n; i++) gas->h[i] = h[i];
+        for (int64_t i = 0; i < star->n; i++) assert_true(star->mass[i] == star->mass_born[i]);
+        sim_run_hook(sim, HOOK_LIMIT);
+    }
+    double all = 0;
+    for (int64_t i = 0; i < gas->n; i++) all -= gas->mass[i];
+    sim_run_hook(sim, HOOK_EVENT);
+    for (int64_t i = 0; i < gas->n; i++) all += gas->mass[i];
+    for (int64_t i = 0; i < star->n; i++) assert_true(fabs(star->mass[i] / star->mass_born[i] - 0.9042) < 1e-3);
+    for (int64_t i = 0; i < star->n; i++) all += star->mass[i] - star->mass_born[i];
+    assert_true(fabs(all) < 1e-17);
+    log_silence(false);
+    mem_free(h);
+    sim_free(sim);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_nearest), cmocka_unit_test(test_deposit), cmocka_unit_test(test_no_gas)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
