@@ -31,6 +31,8 @@
     COLUMN(birth,    double,      , KEEP, "L V^-1",   "StellarFormationTime", "time at which the stars formed") \
     COLUMN(mass_born,double,      , KEEP, "M",        "InitialMass",     "mass of the stars when they formed") \
     COLUMN(age_paid, double,      , KEEP, "L V^-1",   "",                "age up to which the stars have returned what was due") \
+    COLUMN(children, uint8_t,     , KEEP, "1",        "",                "rows that this one has given birth to") \
+    COLUMN(collapse, float,       , KEEP, "L V^-1",   "",                "time for which the gas has been collapsing") \
     COLUMN(acc_old,  float,    [3], STEP, "V^2 L^-1", "",                "acceleration at the start of the step") \
     COLUMN(du_old,   float,       , STEP, "V^3 L^-1", "",                "du at the start of the step") \
     COLUMN(dt,       float,       , STEP, "L V^-1",   "",                "longest step that every module allows") \

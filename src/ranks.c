@@ -116,6 +116,24 @@ void ranks_share(struct sim *sim, uint64_t columns)
     mem_free(bytes);
 }
 
+int64_t ranks_append(struct sim *sim, enum species_kind kind, int64_t rows)
+{
+    struct species *s = &sim->species[kind];
+    int64_t first = s->n, before = s->ending ? s->active - s->ending : 0;
+    if (first + rows > s->capacity) species_reserve(s, first + rows + first / 2);
+    s->active = s->ending + before;
+    for (int c = 0; c < N_COLUMNS; c++)
+        if (species_has(s, c))
+            memset((char *)species_column(s, c) + (size_t)first * species_row_bytes(c), 0, (size_t)rows * species_row_bytes(c));
+    if (comm_rank() == comm_size() - 1) {
+        if (s->n_own == 0) s->own = first;
+        s->n_own += rows;
+    }
+    s->n = first + rows;
+    sim->rebuild_next = true;
+    return first;
+}
+
 void ranks_share_rows(struct sim *sim)
 {
     if (comm_size() == 1) return;

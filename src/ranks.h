@@ -4,7 +4,7 @@
  * step. Domains are cut between cells of the tree, so forces do not depend on the number of ranks. */
 #ifndef TEPHRA_RANKS_H
 #define TEPHRA_RANKS_H
-#include "columns.h"
+#include "species.h"
 #include <stdbool.h>
 
 struct sim;
@@ -13,6 +13,9 @@ struct sim;
 void ranks_divide(struct sim *sim);
 /* Sends columns of the own active rows to the other ranks. `columns`: bits 1 << COLUMN_x. */
 void ranks_share(struct sim *sim, uint64_t columns);
+/* In EVENT: room for new rows at the end of a species, the same on every rank; returns the first. Columns are
+ * zero. They are the last rank's, and no cell's, until the tree is rebuilt at the next step. */
+int64_t ranks_append(struct sim *sim, enum species_kind kind, int64_t rows);
 /* At the end of a step: every KEEP column of the active rows, and the rungs of sleepers that any
  * rank has woken. */
 void ranks_share_rows(struct sim *sim);
