@@ -2,6 +2,7 @@
  * The module `cooling`: radiative cooling and heating of the gas, split from hydrodynamics. Over the
  * step that CORRECT has closed u follows the cooling curve at the density found at its end, exactly
  * (cooling_curve.h, doc/manual/cooling.md). What leaves the gas and what heats it is booked. */
+#include "cooling.h"
 #include "comm.h"
 #include "cooling_curve.h"
 #include "data.h"
@@ -123,6 +124,16 @@ static const struct cooling_curve *curve_of(const struct cooling *cooling, const
     if (cooling->n_bins == 1) return cooling->bin[0];
     double place = (cooling_table_feh(gas->metals[i] / gas->mass[i]) - first_bin) / bin_width;
     return cooling->bin[(int)fmin(fmax(place + 0.5, 0), cooling->n_bins - 1)];
+}
+
+double cooling_time(const struct sim *sim, int64_t row)
+{
+    const struct cooling *cooling = sim_state(sim, "cooling");
+    const struct species *gas = &sim->species[GAS];
+    if (!cooling) return INFINITY;
+    double u = (double)gas->u[row] * cooling->energy, rho = (double)gas->rho[row] * cooling->density;
+    double rate = cooling_curve_rate(curve_of(cooling, gas, row), u, rho);
+    return rate < 0 ? u / -rate / cooling->time : INFINITY;
 }
 
 /* What one row loses and gains over its step, added to `booked` in code units. */

@@ -5,7 +5,7 @@
 
 #define MODULES(X) \
     X(output) X(time) X(box) X(tree) X(leapfrog) X(pec) \
-    X(gravity) X(sph) X(cooling) X(feedback) \
+    X(gravity) X(sph) X(cooling) X(star_formation) X(feedback) \
     X(ranks) X(steps)
 
 #define GENERATORS(X) X(evrard) X(medium) X(noh) X(plummer) X(sedov) X(ssp) X(tube) X(uniform) X(wave)

@@ -1,0 +1,214 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * The module `star_formation`: gas rows that collapse turn part of their mass into a new star row at their
+ * place (doc/manual/star-formation.md). `jeans`: once |E_gr| > E_th + E_ch for a free-fall time (Berczik
+ * 1999); `schmidt`: at random, with the rate c rho/t_ff (Katz 1992). */
+#include "comm.h"
+#include "constants.h"
+#include "cooling.h"
+#include "mem.h"
+#include "module.h"
+#include "nearest.h"
+#include "random.h"
+#include "ranks.h"
+#include "sph/sph.h"
+#include <math.h>
+
+enum criterion { JEANS, SCHMIDT };
+
+struct star_formation {
+    /* Parameters. */
+    int criterion;
+    double n_h, largest_part, rate, spawned, least;
+    bool converging;
+    /* State. */
+    double rho_least;           /* density above which stars form */
+    double gas_mass;            /* mean mass of a gas row at the start */
+    double formed, lost;        /* mass of all stars formed; thermal energy that went with it */
+};
+
+static const struct param params[] = {
+    {"criterion", PARAM_CHOICE, "", "jeans", 0, 0, "jeans|schmidt",
+     "jeans: gas that has been bound against heat and motion for a free-fall time; schmidt: at random, rate rho/t_ff",
+     false, offsetof(struct star_formation, criterion)},
+    {"density", PARAM_REAL, "number_density", "0.03 cm^-3", 0, 1e300, NULL,
+     "stars form where there are more hydrogen nuclei in a volume (76 % of the mass)", true,
+     offsetof(struct star_formation, n_h)},
+    {"efficiency", PARAM_REAL, "", "0.4", 1e-6, 0.99, NULL, "jeans: largest part of a row that becomes stars at once", true,
+     offsetof(struct star_formation, largest_part)},
+    {"rate", PARAM_REAL, "", "0.1", 0, 100, NULL, "schmidt: part of the gas that becomes stars in a free-fall time", true,
+     offsetof(struct star_formation, rate)},
+    {"spawned", PARAM_REAL, "", "0.33", 0.01, 1, NULL, "schmidt: mass of a star row in mean gas rows of the start", true,
+     offsetof(struct star_formation, spawned)},
+    {"converging", PARAM_FLAG, "", "on", 0, 0, NULL, "schmidt: only where the gas does not expand", true,
+     offsetof(struct star_formation, converging)},
+    {"least", PARAM_REAL, "", "0.1", 0.01, 1, NULL,
+     "gas rows are left with at least this part of the mean gas row of the start", true,
+     offsetof(struct star_formation, least)},
+    {0}
+};
+
+#define SAVED(field) {#field, offsetof(struct star_formation, field), sizeof(double)}
+static const struct saved saved[] = {SAVED(gas_mass), SAVED(formed), SAVED(lost), {0}};
+#undef SAVED
+
+static const char *const requires[] = {"sph", NULL};
+
+/* A star's id is its parent's with the number of the birth in the upper 16 bits. */
+enum { BIRTH_BIT = 48 };
+enum { NEIGHBOURS = 50 };       /* for the motion within a row's surroundings: those of sph by default */
+
+static void declare(struct sim *sim, void *state)
+{
+    (void)state;
+    static const enum column of_stars[] = {COLUMN_birth, COLUMN_mass_born, COLUMN_age_paid};
+    const struct sph *sph = sim_state(sim, "sph");
+    for (int c = 0; c < 3; c++) species_need(&sim->species[STAR], of_stars[c]);
+    species_need(&sim->species[GAS], COLUMN_children);
+    species_need(&sim->species[GAS], COLUMN_collapse);
+    if (sph->eos == SPH_ISOTHERMAL)
+        problems_add(&sim->problems, "star_formation needs gas with an energy equation: sph.eos is isothermal");
+    if (!sim->units.physical)
+        problems_add(&sim->problems, "star_formation needs physical units: this scene is dimensionless");
+}
+
+static void begin(struct sim *sim, void *state)
+{
+    struct star_formation *sf = state;
+    const struct species *gas = &sim->species[GAS];
+    const double hydrogen = 0.76;
+    sf->rho_least = sf->n_h * CONST_M_PROTON / sim->units.mass / hydrogen;
+    if (sf->gas_mass > 0) return;
+    for (int64_t i = 0; i < gas->n; i++) {
+        sf->gas_mass += gas->mass[i] / (double)gas->n;
+        if (gas->id[i] >> BIRTH_BIT)
+            fail(STATUS_INPUT, "gas particle %llu: star_formation needs ids below 2^%d", (unsigned long long)gas->id[i], BIRTH_BIT);
+    }
+}
+
+static double free_fall_time(const struct sim *sim, int64_t i)
+{
+    return sqrt(3 * acos(-1) / (32 * sim->units.G * (double)sim->species[GAS].rho[i]));
+}
+
+/* Mean square velocity of the surroundings relative to the row. */
+static double motion2(const struct sim *sim, int64_t i)
+{
+    const struct species *gas = &sim->species[GAS];
+    struct nearest nearest;
+    double sum = 0;
+    nearest_gas(sim, gas->pos[i], NEIGHBOURS, &nearest);
+    for (int k = 0; k < nearest.n; k++) {
+        int32_t j = nearest.row[k];
+        double lag = timeline_lag(&sim->time, gas->rung[j], gas->rung0[j]);
+        for (int x = 0; x < 3; x++) {
+            double v = integrate_velocity(gas->vel[j][x], (double)gas->acc[j][x], lag) - gas->vel[i][x];
+            sum += v * v;
+        }
+    }
+    return nearest.n > 1 ? sum / (nearest.n - 1) : 0;
+}
+
+/* 1 - (E_th + E_ch)/|E_gr| with E_gr = -G m^2/h, E_th = 3/2 m P/rho, E_ch = 1/2 m (rms velocity)^2; cheap
+ * tests come first. */
+static double bound_part(const struct sim *sim, int64_t i)
+{
+    const struct species *gas = &sim->species[GAS];
+    const struct sph *sph = sim_state(sim, "sph");
+    double depth = sim->units.G * gas->mass[i] / (double)gas->h[i];
+    double heat = 1.5 * (sph->gamma - 1) * (double)gas->u[i];
+    if (heat >= depth) return 0;
+    if (sim_state(sim, "cooling") && cooling_time(sim, i) > free_fall_time(sim, i)) return 0;
+    return 1 - (heat + 0.5 * motion2(sim, i)) / depth;
+}
+
+/* Mass that becomes stars now; the clock of the collapse goes on or back. */
+static double jeans_mass(struct sim *sim, const struct star_formation *sf, int64_t i, double dt)
+{
+    struct species *gas = &sim->species[GAS];
+    double part = (double)gas->rho[i] > sf->rho_least ? bound_part(sim, i) : 0;
+    gas->collapse[i] = part > 0 ? gas->collapse[i] + (float)dt : 0;
+    if (!(part > 0) || (double)gas->collapse[i] < free_fall_time(sim, i)) return 0;
+    gas->collapse[i] = 0;
+    return fmin(part, sf->largest_part) * gas->mass[i];
+}
+
+/* The expectation is (1 - exp(-c dt/t_ff)) m. */
+static double schmidt_mass(const struct sim *sim, const struct star_formation *sf, int64_t i, double dt)
+{
+    const struct species *gas = &sim->species[GAS];
+    const struct random key = {sim->seed, gas->id[i], (uint64_t)sim->time.tick, random_stream("star_formation")};
+    if ((double)gas->rho[i] < sf->rho_least || (sf->converging && gas->div_v[i] > 0)) return 0;
+    double mass = fmin(sf->spawned * sf->gas_mass, gas->mass[i]);
+    double expected = -expm1(-sf->rate * dt / free_fall_time(sim, i)) * gas->mass[i];
+    return random_uniform(&key, 0) < expected / mass ? mass : 0;
+}
+
+static void copy_state(struct sim *sim, int64_t from, int64_t to)
+{
+    const struct species *gas = &sim->species[GAS];
+    struct species *star = &sim->species[STAR];
+    for (int k = 0; k < 3; k++) {
+        star->pos[to][k] = gas->pos[from][k];
+        star->vel[to][k] = gas->vel[from][k];
+        star->acc[to][k] = gas->acc[from][k];
+    }
+    if (star->pot && gas->pot) star->pot[to] = gas->pot[from];
+    double step = timeline_seconds(&sim->time, (int64_t)1 << gas->rung[from]);
+    int rung = timeline_rung(&sim->time, step);
+    star->rung[to] = star->rung0[to] = (uint8_t)(rung > 0 ? rung : 0);
+}
+
+static void form(struct sim *sim, struct star_formation *sf, int64_t i, double mass)
+{
+    int64_t to = ranks_append(sim, STAR, 1);
+    struct species *gas = &sim->species[GAS], *star = &sim->species[STAR];
+    double part = mass / gas->mass[i];
+    copy_state(sim, i, to);
+    star->id[to] = gas->id[i] | (uint64_t)++gas->children[i] << BIRTH_BIT;
+    star->mass[to] = star->mass_born[to] = mass;
+    star->birth[to] = timeline_now(&sim->time);
+    for (int c = FIRST_ELEMENT; c < END_ELEMENTS; c++) {
+        double *of_gas = species_column(gas, (enum column)c), *of_star = species_column(star, (enum column)c);
+        if (!of_gas || !of_star) continue;
+        of_star[to] = part * of_gas[i];
+        of_gas[i] -= of_star[to];
+    }
+    gas->mass[i] -= mass;
+    sf->formed += mass;
+    sf->lost += mass * (double)gas->u[i];
+}
+
+/* All ranks do the same for the rows of all, so that new rows are the same everywhere. */
+static void event(struct sim *sim, void *state)
+{
+    struct star_formation *sf = state;
+    const struct species *gas = &sim->species[GAS];
+    uint64_t keep = sim->want_potential ? (uint64_t)1 << COLUMN_pot : 0;
+    for (int c = 0; c < N_COLUMNS; c++) keep |= (uint64_t)(column_table[c].lifetime == KEEP) << c;
+    ranks_share(sim, keep);
+    double *mass = mem_array("star_formation", double, gas->n_ending);
+#pragma omp parallel for schedule(dynamic, 64)
+    for (int64_t e = 0; e < gas->n_ending; e++) {
+        int64_t i = gas->ending[e];
+        double dt = timeline_step(&sim->time, gas->rung0[i]);
+        if (dt == 0 || gas->children[i] == UINT8_MAX) continue;
+        mass[e] = sf->criterion == JEANS ? jeans_mass(sim, sf, i, dt) : schmidt_mass(sim, sf, i, dt);
+    }
+    for (int64_t e = 0; e < gas->n_ending; e++) {
+        int64_t i = gas->ending[e];
+        if (mass[e] > 0 && gas->mass[i] - mass[e] > sf->least * sf->gas_mass) form(sim, sf, i, mass[e]);
+    }
+    mem_free(mass);
+}
+
+static void energy(struct sim *sim, void *state, struct energy_sink *sink)
+{
+    (void)sim;
+    sink->add(sink, "booked_stars", comm_rank() == 0 ? ((const struct star_formation *)state)->lost : 0);
+}
+
+const struct module star_formation_module = {
+    .name = "star_formation", .doc = "stars form from collapsing gas", .kind = MODULE_BLOCK,
+    .params = params, .requires = requires, .state_bytes = sizeof(struct star_formation), .saved = saved,
+    .declare = declare, .begin = begin, .energy = energy, .hook = {[HOOK_EVENT] = event},
+};
