@@ -35,7 +35,8 @@ cut -d, -f1-11 one/energy.csv >a; cut -d, -f1-11 half/energy.csv >b
 cmp -s a b || fail "energies differ after a restart"
 
 # The scene: 7.714e6 K after 10 Myr at the density asked for; that of SPH is half a percent less.
-expect_status 0 tephra run "$TEPHRA_SOURCE/ics/cooling_box.yml" --set start.n=200 --set time.end=10Myr --out box
+expect_status 0 tephra run "$TEPHRA_SOURCE/ics/cooling_box.yml" --set start.n=200 --set start.temperature=1e7K --set start.hydrogen=0.71 \
+    --set cooling.constant_mu=0.6 --set cooling.hydrogen=0.71 --set time.end=10Myr --set output.snapshot_every=2.5Myr --out box
 tephra info box/snapshot_004.hdf5 | grep -Eq 'Temperature .* 7\.7[0-4][0-9]*e\+06 \.\.\. 7\.7[0-4]' ||
     fail "isochoric cooling: $(tephra info box/snapshot_004.hdf5 | grep Temperature)"
 

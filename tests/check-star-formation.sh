@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
 # Stars from gas: the rate of the Schmidt law, the Jeans criterion in a collapse; mass and energy in the
-# books; the same stars on 1 and 2 threads and after a restart.
+# books; the same stars on 1 and 2 threads, on 2 and 3 ranks and after a restart.
 . "$TEPHRA_SOURCE/tests/lib.sh"
 cat >even.yml <<TEXT
 units: {length: kpc, mass: 1e10 Msun, velocity: km/s}
@@ -44,6 +44,12 @@ expect_status 0 tephra run ball.yml --set time.end=0.22 --out half
 expect_status 0 tephra run --restart half --set time.end=0.23
 cut -d, -f1-14 ball1/energy.csv | grep '^0\.23,' >a; cut -d, -f1-14 half/energy.csv | grep '^0\.23,' >b
 { [ -s a ] && cmp -s a b; } || fail "energies differ after a restart: $(cat a b)"
+if command -v mpirun >/dev/null && ! tephra --version | grep -q 'MPI *no'; then
+    for ranks in 2 3; do
+        expect_status 0 mpirun -n $ranks --oversubscribe tephra run ball.yml --threads 1 --set time.end=0.22 --out ranks$ranks
+        same ball1/snapshot_011.hdf5 ranks$ranks/snapshot_011.hdf5
+    done
+fi
 last ball1 | awk '{ exit !($2 > 0 && $3 * $3 < 4e-4 && $4 == 0) }' || fail "books of the collapse: $(last ball1)"
 
 expect_status 2 tephra check ball.yml --set sph.eos=isothermal --set sph.sound_speed=1
