@@ -4,9 +4,10 @@
 #include "sph.h"
 #include <math.h>
 #include <omp.h>
+#include <string.h>
 
-/* Bytes of the arena a gas row: about what the candidates of a step take at a group size of 128. */
-enum { ARENA_BYTES = 32 };
+/* Bytes of the arena a gas row: 6 candidates, twice what all rows together have at a group size of 512. */
+enum { ARENA_BYTES = 24 };
 
 static void make_groups(const struct sim *sim, struct sph *sph)
 {
@@ -64,6 +65,30 @@ void sph_make_batches(struct sim *sim, struct sph *sph)
     sph->n_batches = n;
 }
 
+void sph_keep_list(struct sph *sph, const struct sph_work *work, const struct sim *sim, struct sph_batch *batch)
+{
+    int64_t at, n = work->tile.n;
+    if (!sph_nearest(work, sim)) return;
+#pragma omp atomic capture
+    { at = sph->arena_used; sph->arena_used += n; }
+    if (at + n > sph->arena_size) return;
+    memcpy(sph->arena + at, work->row, (size_t)n * sizeof *sph->arena);
+    batch->list = at;
+    batch->n_list = (int32_t)n;
+}
+
+int32_t sph_batch_at(const struct sim *sim, const struct sph *sph, int32_t row)
+{
+    int32_t low = 0, high = sph->n_batches;
+    while (low < high) {
+        int32_t middle = low + (high - low) / 2;
+        const struct sph_batch *batch = &sph->batch[middle];
+        if (sim->species[GAS].active[batch->first + batch->count - 1] < row) low = middle + 1;
+        else high = middle;
+    }
+    return low;
+}
+
 void sph_free_batches(struct sph *sph)
 {
     for (int t = 0; t < sph->n_work; t++) mem_free(sph->work[t]);
@@ -82,7 +107,8 @@ static void measure_node(struct tree *tree, const struct species *gas, int32_t n
         if (tree->h_max[node->child + k] > largest) largest = tree->h_max[node->child + k];
     if (node->n_children == 0)
         for (int32_t i = node->first[GAS]; i < node->first[GAS] + node->count[GAS]; i++)
-            largest = fmaxf(largest, expf(sph_growth) * gas->h[i]);
+            largest = gas->h[i] > largest ? gas->h[i] : largest;
+    if (node->n_children == 0) largest *= expf(sph_growth);
     tree->h_max[n] = largest;
 }
 
@@ -101,12 +127,12 @@ static void measure_paths(struct tree *tree, const struct species *gas, int32_t 
     measure_node(tree, gas, n);
 }
 
-void sph_fit_h_max(struct sim *sim, const struct sph *sph)
+void sph_fit_h_max(struct sim *sim)
 {
     struct tree *tree = &sim->tree;
     const struct species *gas = &sim->species[GAS];
     if (tree->n_nodes == 0) return;
-    if (sph->grouped == sim->time.tick) {
+    if (tree->built == sim->time.tick || gas->n_ending > gas->n / 4) {
 #pragma omp parallel for schedule(dynamic, 1024)
         for (int32_t n = 0; n < tree->n_nodes; n++)
             if (tree->node[n].n_children == 0) measure_node(tree, gas, n);

@@ -23,11 +23,10 @@ struct sph_lanes {
 /* The rows that a batch may meet, staged: predicted to now, relative to the batch's centre. Place and
  * state are read one entry at a time, the first four by the filter along the tile. */
 struct sph_tile {
-    float x[SPH_TILE], y[SPH_TILE], z[SPH_TILE], reach[SPH_TILE];
+    float x[SPH_TILE], y[SPH_TILE], z[SPH_TILE], reach[SPH_TILE], mass[SPH_TILE];
     struct sph_place place[SPH_TILE];
     struct sph_state state[SPH_TILE];
-    uint8_t near[SPH_TILE];
-    uint16_t list[SPH_TILE];
+    uint16_t list[SPH_TILE + 16];   /* the filter writes a vector at a time */
     float r2[SPH_TILE][SPH_LANES];
     int n;
 };
@@ -48,6 +47,8 @@ struct sph_search {
 struct sph_loops {
     /* Entries of the tile within `reach` (their own added) of the box go to tile->list; their number. */
     int (*filter)(struct sph_tile *tile, struct sph_box box, float reach);
+    /* Of these, the entries that meet at least one of the lanes stay listed; their number. */
+    int (*prune)(const struct sph_lanes *i, struct sph_tile *tile, int n);
     void (*density)(const struct sph_lanes *i, const struct sph_tile *tile, int n, struct sph_density_sums *sums);
     void (*force)(const struct sph_lanes *i, const struct sph_tile *tile, int n, struct sph_viscosity visc,
                   struct sph_force_sums *sums);

@@ -16,28 +16,68 @@
 static inline float larger(float a, float b) { return a > b ? a : b; }
 static inline float smaller(float a, float b) { return a < b ? a : b; }
 
+HD real outside(real x, float centre, float half)
+{
+    real away = real_max(x - centre, centre - x) - half;
+    return real_max(away, real_splat(0));
+}
+
+/* Many entries at a time; those beyond tile->n are staged before (see lanes.h) and not taken. */
 static int filter(struct sph_tile *tile, struct sph_box box, float reach)
 {
-    uint8_t *restrict near = tile->near;
-    for (int j = 0; j < tile->n; j++) {
-        float x = larger(fabsf(tile->x[j] - box.centre[0]) - box.half[0], 0.0f);
-        float y = larger(fabsf(tile->y[j] - box.centre[1]) - box.half[1], 0.0f);
-        float z = larger(fabsf(tile->z[j] - box.centre[2]) - box.half[2], 0.0f);
-        float r = reach + tile->reach[j];
-        near[j] = x * x + y * y + z * z <= r * r;
+    int n = 0;
+    for (int j = 0; j < tile->n; j += LANES) {
+        real x = outside(simd_load(tile->x + j), box.centre[0], box.half[0]);
+        real y = outside(simd_load(tile->y + j), box.centre[1], box.half[1]);
+        real z = outside(simd_load(tile->z + j), box.centre[2], box.half[2]);
+        real r = simd_load(tile->reach + j) + reach;
+        n += simd_pack(tile->list + n, x * x + y * y + z * z <= r * r, j);
     }
-    int n = 0, blocks = (tile->n + 7) / 8;
-    memset(near + tile->n, 0, (size_t)(8 * blocks - tile->n));
-    for (int b = 0; b < blocks; b++) {
-        uint64_t any;
-        memcpy(&any, near + 8 * b, sizeof any);
-        if (any == 0) continue;
-        for (int j = 8 * b; j < 8 * b + 8; j++) {
-            tile->list[n] = (uint16_t)j;
-            n += near[j];
-        }
-    }
+    while (n > 0 && tile->list[n - 1] >= tile->n) n--;
     return n;
+}
+
+/* A pair must not be lost by rounding: what a row finds would depend on the others in its cluster. */
+static const float rounding = 1.00001f;
+
+/* The lanes in SPANS vectors. */
+enum { SPANS = SPH_LANES / SPAN };
+
+struct spot { span x[SPANS], y[SPANS], z[SPANS]; };
+
+HD struct spot lanes_spot(const struct sph_lanes *i)
+{
+    struct spot spot;
+    for (int s = 0; s < SPANS; s++) {
+        spot.x[s] = span_load(i->x + SPAN * s);
+        spot.y[s] = span_load(i->y + SPAN * s);
+        spot.z[s] = span_load(i->z + SPAN * s);
+    }
+    return spot;
+}
+
+/* Squared distances of an entry of the tile from a vector of lanes. */
+HD span distances(const struct sph_tile *tile, int j, const struct spot *i, int s)
+{
+    span x = tile->x[j] - i->x[s], y = tile->y[j] - i->y[s], z = tile->z[j] - i->z[s];
+    return x * x + y * y + z * z;
+}
+
+/* Of the listed entries, those that meet at least one of the lanes; their number. */
+static int prune(const struct sph_lanes *restrict i, struct sph_tile *restrict tile, int n)
+{
+    struct spot spot = lanes_spot(i);
+    int met = 0;
+    for (int k = 0; k < n; k++) {
+        int j = tile->list[k], any = 0;
+        for (int s = 0; s < SPANS; s++) {
+            span r = 2.0f * span_load(i->half_h + SPAN * s) + tile->reach[j];
+            any |= span_bits(distances(tile, j, &spot, s) < rounding * r * r);
+        }
+        tile->list[met] = (uint16_t)j;
+        met += any != 0;
+    }
+    return met;
 }
 
 static inline struct sph_place lane_place(const struct sph_lanes *i, int l)
@@ -99,42 +139,55 @@ static void force(const struct sph_lanes *i, const struct sph_tile *tile, int n,
     force_rows(i, tile, n, visc, sums, SPH_CUBIC);
 }
 
-/* Fills tile->r2 for the listed entries; nearest: the smallest that is not 0. */
-static void measure(const struct sph_lanes *restrict i, struct sph_tile *restrict tile, int n,
-                    float nearest[restrict SPH_LANES])
+/* Fills tile->r2 for those of the listed entries that lie within a lane's limit, which stay listed;
+ * returns their number. nearest: the smallest that is not 0. */
+static int measure(const struct sph_lanes *restrict i, struct sph_tile *restrict tile, int n,
+                   const float limit[restrict SPH_LANES], float nearest[restrict SPH_LANES])
 {
-    float least[SPH_LANES];
-    for_lanes(l) least[l] = SPH_FAR;
+    struct spot spot = lanes_spot(i);
+    const span far = span_splat(SPH_FAR);
+    span least[SPANS];
+    int near = 0;
+    for (int s = 0; s < SPANS; s++) least[s] = far;
     for (int k = 0; k < n; k++) {
-        const struct sph_place j = tile->place[tile->list[k]];
-        for_lanes(l) {
-            float x = j.x - i->x[l], y = j.y - i->y[l], z = j.z - i->z[l], r2 = x * x + y * y + z * z;
-            tile->r2[k][l] = r2;
-            least[l] = smaller(least[l], r2 > 0.0f ? r2 : SPH_FAR);
+        int j = tile->list[k], any = 0;
+        for (int s = 0; s < SPANS; s++) {
+            span r2 = distances(tile, j, &spot, s);
+            least[s] = span_min(least[s], span_if(r2 > 0.0f, r2, far));
+            span_store(tile->r2[near] + SPAN * s, r2);
+            any |= span_bits(r2 < span_load(limit + SPAN * s));
         }
+        tile->list[near] = (uint16_t)j;
+        near += any != 0;
     }
-    memcpy(nearest, least, sizeof least);
+    for (int s = 0; s < SPANS; s++) span_store(nearest + SPAN * s, least[s]);
+    return near;
 }
 
 /* How many lie below t, the largest of those, and the smallest of the others. */
 struct split { float count[SPH_LANES], below[SPH_LANES], above[SPH_LANES]; };
 
-static void split(const struct sph_tile *restrict tile, int n, const float t[restrict SPH_LANES],
+HD void split_span(const struct sph_tile *restrict tile, int n, const float *at, struct split *restrict out, int first)
+{
+    const span far = span_splat(SPH_FAR), none = {0}, t = span_load(at + first);
+    span below = none, above = far;
+    span_int count = {0};
+    for (int k = 0; k < n; k++) {
+        span r2 = span_load(tile->r2[k] + first);
+        span_int less = r2 < t;
+        count -= less;
+        below = span_max(below, span_if(less, r2, none));
+        above = span_min(above, span_if(less, far, r2));
+    }
+    for (int l = 0; l < SPAN; l++) out->count[first + l] = (float)count[l];
+    span_store(out->below + first, below);
+    span_store(out->above + first, above);
+}
+
+static void split(const struct sph_tile *restrict tile, int n, const float at[restrict SPH_LANES],
                   struct split *restrict out)
 {
-    struct split s;
-    for_lanes(l) {
-        s.count[l] = s.below[l] = 0.0f;
-        s.above[l] = SPH_FAR;
-    }
-    for (int k = 0; k < n; k++)
-        for_lanes(l) {
-            float r2 = tile->r2[k][l];
-            s.count[l] += r2 < t[l] ? 1.0f : 0.0f;
-            s.below[l] = larger(s.below[l], r2 < t[l] ? r2 : 0.0f);
-            s.above[l] = smaller(s.above[l], r2 < t[l] ? SPH_FAR : r2);
-        }
-    *out = s;
+    for (int s = 0; s < SPANS; s++) split_span(tile, n, at, out, SPAN * s);
 }
 
 /* Where to look next between low (not enough) and high (enough, or the limit): where Newton's step
@@ -150,7 +203,7 @@ static void search_exact(const struct sph_lanes *i, struct sph_tile *tile, int n
 {
     float nearest[SPH_LANES], low[SPH_LANES], high[SPH_LANES], t[SPH_LANES], target = search->target;
     bool open[SPH_LANES];
-    measure(i, tile, n, nearest);
+    n = measure(i, tile, n, search->limit, nearest);
     for (int l = 0; l < SPH_LANES; l++) {
         low[l] = 0.0f;
         high[l] = search->limit[l];
@@ -186,7 +239,7 @@ HD void weigh(const struct sph_tile *restrict tile, int n, const float h[restric
 {
     struct weight s = {{0}, {0}};
     for (int k = 0; k < n; k++) {
-        float mass = tile->place[tile->list[k]].mass * SPH_PI;
+        float mass = tile->mass[tile->list[k]] * SPH_PI;
         for_lanes(l) {
             float q = sqrtf(tile->r2[k][l]) / h[l];
             s.sum[l] += mass * sph_kernel(q, kind);
@@ -202,7 +255,7 @@ HD void smooth_rows(const struct sph_lanes *i, struct sph_tile *tile, int n, str
     const float enough = 1e-6f; /* relative: the rounding of the sum */
     float nearest[SPH_LANES], low[SPH_LANES], high[SPH_LANES], h[SPH_LANES];
     bool open[SPH_LANES];
-    measure(i, tile, n, nearest);
+    n = measure(i, tile, n, search->limit, nearest);
     for (int l = 0; l < SPH_LANES; l++) {
         low[l] = 0.0f;
         high[l] = 0.5f * sqrtf(search->limit[l]);
@@ -237,6 +290,6 @@ static void search_smooth(const struct sph_lanes *i, struct sph_tile *tile, int 
 }
 
 const struct sph_loops SIMD_NAME(sph_loops) = {
-    .filter = filter, .density = density, .force = force,
+    .filter = filter, .prune = prune, .density = density, .force = force,
     .search_exact = search_exact, .search_smooth = search_smooth,
 };

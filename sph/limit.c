@@ -54,11 +54,9 @@ static void add_wish(struct wishes *w, int32_t row, int rung)
 /* The rungs of some rows' steps, as they are about to be. */
 struct range { int low, high; };
 
-static bool uneven(const int32_t *row, int64_t n, const uint8_t *rung, struct range range)
+static inline bool uneven(int rung, struct range range)
 {
-    for (int64_t k = 0; k < n; k++)
-        if (rung[row[k]] > range.low + LEVELS || rung[row[k]] < range.high - LEVELS) return true;
-    return false;
+    return rung > range.low + LEVELS || rung < range.high - LEVELS;
 }
 
 static struct range range_of(struct sph_region rows, const uint8_t *rung)
@@ -72,35 +70,41 @@ static struct range range_of(struct sph_region rows, const uint8_t *rung)
     return range;
 }
 
-static void compare_row(const struct sph_work *work, const struct sim *sim, const uint8_t *rung, int32_t i,
+/* A row with the n entries of the tile that are listed. */
+static void compare_row(const struct sph_work *work, const struct sim *sim, const uint8_t *rung, int32_t i, int n,
                         struct wishes *wishes)
 {
     struct sph_place own = sph_place_row(work, sim, i);
-    for (int k = 0; k < work->tile.n; k++) {
-        struct sph_gap gap = sph_gap(own, work->tile.place[k]);
-        float reach = 2 * (own.half_h + work->tile.place[k].half_h);
-        int32_t j = work->row[k];
+    for (int k = 0; k < n; k++) {
+        const struct sph_place *other = &work->tile.place[work->tile.list[k]];
+        struct sph_gap gap = sph_gap(own, *other);
+        float reach = 2 * (own.half_h + other->half_h);
+        int32_t j = work->row[work->tile.list[k]];
         if (gap.r2 > reach * reach) continue;
         if (rung[j] > rung[i] + LEVELS) add_wish(wishes, j, rung[i] + LEVELS);
         if (rung[i] > rung[j] + LEVELS) add_wish(wishes, i, rung[j] + LEVELS);
     }
 }
 
-static void compare_tile(const struct sph_work *work, const struct sim *sim, const uint8_t *rung,
-                         struct sph_region rows, struct wishes *wishes)
+/* Only entries whose rung is uneven with one of the rows' need comparing. */
+static void compare_tile(struct sph_work *work, const struct sim *sim, const uint8_t *rung, struct sph_region rows,
+                         struct wishes *wishes)
 {
-    if (!uneven(work->row, work->tile.n, rung, range_of(rows, rung))) return;
-    for (int r = 0; r < rows.n; r++) compare_row(work, sim, rung, rows.row[r], wishes);
+    struct range range = range_of(rows, rung);
+    int n = 0;
+    for (int k = 0; k < work->tile.n; k++)
+        if (uneven(rung[work->row[k]], range)) work->tile.list[n++] = (uint16_t)k;
+    for (int r = 0; n > 0 && r < rows.n; r++) compare_row(work, sim, rung, rows.row[r], n, wishes);
 }
 
 /* Compares rows of the group `node` with all their neighbours. */
 static void compare_rows(struct sph_work *work, const struct sim *sim, const struct sph *sph, int32_t node,
                          struct sph_region rows, struct wishes *wishes)
 {
-    float reach = sph_largest_h(sim, rows);
+    struct sph_reach reach = sph_mutual(sph_largest_h(sim, rows));
     sph_centre(work, sim, node, rows);
     for (int64_t skip = 0; skip == 0 || work->more; skip += SPH_TILE) {
-        sph_gather(work, sim, reach, true, skip);
+        sph_gather(work, sim, reach, skip);
         compare_tile(work, sim, sph->next_rung, rows, wishes);
     }
 }
@@ -114,9 +118,12 @@ static void compare_batch(const struct sph *sph, struct sph_work *work, const st
         return;
     }
     const int32_t *list = sph->arena + batch->list;
-    if (!uneven(list, batch->n_list, sph->next_rung, range_of(rows, sph->next_rung))) return;
+    struct range range = range_of(rows, sph->next_rung);
+    int32_t first = 0;
+    while (first < batch->n_list && !uneven(sph->next_rung[list[first]], range)) first++;
+    if (first == batch->n_list) return;
     sph_centre(work, sim, batch->node, rows);
-    sph_stage(work, sim, list, batch->n_list);
+    sph_stage(work, sim, list + first, batch->n_list - first);
     compare_tile(work, sim, sph->next_rung, rows, wishes);
 }
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * DENSITY and FORCE: batches in parallel, chunks of a batch's neighbours if they are too many for a
  * tile, clusters of a batch's rows. A row's sums run over its neighbours in row order, so they do not
- * depend on the number of threads. The candidates found for the density are kept for the force where
- * the arena has room; elsewhere the walk is done again and finds the same. */
+ * depend on the number of threads. The rows that a batch may meet were listed by the search for h; where
+ * the arena had no room, or a row outside grew beyond what the list allows for, the walk is done again. */
 #include "sph.h"
 #include <math.h>
 #include <omp.h>
@@ -17,29 +17,20 @@ struct visit {
     struct sph_region rows;
 };
 
-static void keep_list(struct sph *sph, const struct sph_work *work, struct sph_batch *batch)
-{
-    int64_t at, n = work->tile.n;
-#pragma omp atomic capture
-    { at = sph->arena_used; sph->arena_used += n; }
-    if (at + n > sph->arena_size) return;
-    memcpy(sph->arena + at, work->row, (size_t)n * sizeof *sph->arena);
-    batch->list = at;
-    batch->n_list = (int32_t)n;
-}
-
 static struct sph_region cluster_of(struct sph_region rows, int from)
 {
     return (struct sph_region){rows.row + from, rows.n - from < SPH_LANES ? rows.n - from : SPH_LANES};
 }
 
-static void density_chunk(const struct visit *v, struct sph_density_sums *sums)
+static void density_chunk(const struct visit *v, void *all)
 {
+    struct sph_density_sums *sums = all;
     for (int c = 0; c * SPH_LANES < v->rows.n; c++) {
         struct sph_region cluster = cluster_of(v->rows, c * SPH_LANES);
         struct sph_lanes lanes;
         struct sph_box box = sph_lanes_fill(&lanes, v->work, v->sim, cluster);
         int n = v->sph->loops->filter(&v->work->tile, box, sph_largest_h(v->sim, cluster));
+        n = v->sph->loops->prune(&lanes, &v->work->tile, n);
         v->sph->loops->density(&lanes, &v->work->tile, n, &sums[c]);
     }
 }
@@ -64,22 +55,36 @@ static void finish_density(const struct visit *v, const struct sph_density_sums 
     }
 }
 
+/* Stages the rows that the batch may meet, from its list or by a walk; each tile full goes to `chunk`. */
+static void for_chunks(struct visit *v, void (*chunk)(const struct visit *, void *), void *sums)
+{
+    struct sph_batch *batch = v->batch;
+    sph_centre(v->work, v->sim, batch->node, v->rows);
+    if (batch->list >= 0) {
+        sph_stage(v->work, v->sim, v->sph->arena + batch->list, batch->n_list);
+        chunk(v, sums);
+        return;
+    }
+    struct sph_reach reach = sph_mutual(sph_largest_h(v->sim, v->rows));
+    for (int64_t skip = 0; skip == 0 || v->work->more; skip += SPH_TILE) {
+        sph_gather(v->work, v->sim, reach, skip);
+        if (skip == 0 && !v->work->more) sph_keep_list(v->sph, v->work, v->sim, batch);
+        chunk(v, sums);
+    }
+}
+
 static void density_batch(struct visit *v)
 {
     struct sph_density_sums sums[SPH_BATCH / SPH_LANES];
     memset(sums, 0, sizeof sums);
-    sph_centre(v->work, v->sim, v->batch->node, v->rows);
-    float reach = sph_largest_h(v->sim, v->rows);
-    for (int64_t skip = 0; skip == 0 || v->work->more; skip += SPH_TILE) {
-        sph_gather(v->work, v->sim, reach, true, skip);
-        if (skip == 0 && !v->work->more && sph_nearest(v->work, v->sim)) keep_list(v->sph, v->work, v->batch);
-        density_chunk(v, sums);
-    }
+    if (v->batch->stale || v->sph->unforeseen) v->batch->list = -1;
+    for_chunks(v, density_chunk, sums);
     finish_density(v, sums);
 }
 
-static void force_chunk(const struct visit *v, struct sph_force_sums *sums)
+static void force_chunk(const struct visit *v, void *all)
 {
+    struct sph_force_sums *sums = all;
     const struct sph *sph = v->sph;
     const struct sph_viscosity visc = {(float)sph->alpha, (float)sph->beta, (float)sph->epsilon};
     sph_stage_state(v->work, v->sim, sph);
@@ -89,6 +94,7 @@ static void force_chunk(const struct visit *v, struct sph_force_sums *sums)
         struct sph_box box = sph_lanes_fill(&lanes, v->work, v->sim, cluster);
         sph_lanes_state(&lanes, v->sim, sph, cluster);
         int n = sph->loops->filter(&v->work->tile, box, sph_largest_h(v->sim, cluster));
+        n = sph->loops->prune(&lanes, &v->work->tile, n);
         sph->loops->force(&lanes, &v->work->tile, n, visc, &sums[c]);
     }
 }
@@ -110,17 +116,7 @@ static void force_batch(struct visit *v)
 {
     struct sph_force_sums sums[SPH_BATCH / SPH_LANES];
     memset(sums, 0, sizeof sums);
-    sph_centre(v->work, v->sim, v->batch->node, v->rows);
-    if (v->batch->list >= 0) {
-        sph_stage(v->work, v->sim, v->sph->arena + v->batch->list, v->batch->n_list);
-        force_chunk(v, sums);
-    } else {
-        float reach = sph_largest_h(v->sim, v->rows);
-        for (int64_t skip = 0; skip == 0 || v->work->more; skip += SPH_TILE) {
-            sph_gather(v->work, v->sim, reach, true, skip);
-            force_chunk(v, sums);
-        }
-    }
+    for_chunks(v, force_chunk, sums);
     finish_force(v, sums);
 }
 
@@ -136,8 +132,7 @@ static void for_batches(struct sim *sim, struct sph *sph, void (*work)(struct vi
 void sph_density(struct sim *sim, void *state)
 {
     struct sph *sph = state;
-    sph_fit_h_max(sim, sph);
-    sph->arena_used = 0;
+    sph_fit_h_max(sim);
     for_batches(sim, sph, density_batch);
 }
 

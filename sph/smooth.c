@@ -8,6 +8,7 @@
  * search fail. In a set of too few rows 2h is the distance of the farthest, scaled to what n rows
  * would need; a row whose neighbours all lie at its own place takes the nearest of the others; a row with
  * none at all keeps its h (or takes h_min, or 1). */
+#include "comm.h"
 #include "sph.h"
 #include <math.h>
 #include <omp.h>
@@ -26,14 +27,6 @@ struct seeker {
 /* The last neighbour may be farther than expected by this factor before the search must be repeated;
  * the cost of the search grows with it. */
 static const float first_reach = 1.05f;
-
-/* What div v made of h during the step that ends now: only where the search begins depends on it. */
-static float expected_h(const struct sim *sim, int32_t i)
-{
-    const struct species *gas = &sim->species[GAS];
-    float growth = gas->div_v[i] * (float)timeline_step(&sim->time, gas->rung0[i]) / 3;
-    return gas->h[i] * expf(fmaxf(-sph_growth, fminf(growth, sph_growth)));
-}
 
 /* Where nothing is known: the radius that would hold the target if the smallest cell around that has
  * as many rows were uniform. */
@@ -64,6 +57,13 @@ static void keep_h(const struct seeker *s, int32_t i)
     if (!(*h > 0)) *h = s->sph->h_min > 0 ? (float)s->sph->h_min : 1.0f;
 }
 
+/* Some row's h is not bounded by what it looked through: the kernels' own walks must find the rows. */
+static void give_up_lists(struct sph *sph)
+{
+#pragma omp atomic write
+    sph->unforeseen = true;
+}
+
 /* Next reach of a row that found too little; false if there is no point in looking on. */
 static bool look_further(const struct seeker *s, struct wish *w)
 {
@@ -73,6 +73,7 @@ static bool look_further(const struct seeker *s, struct wish *w)
     if (w->low < s->most && w->reach > w->low && w->reach < w->high) return true;
     if (w->high < INFINITY) set_h(s, w->row, w->high * w->high);
     else keep_h(s, w->row);
+    give_up_lists(s->sph);
     return false;
 }
 
@@ -88,6 +89,7 @@ static bool look_closer(const struct seeker *s, struct wish *w)
     if (w->high > least && w->reach > w->low && w->reach < w->high) return true;
     w->high = fmaxf(w->high, least);
     set_h(s, w->row, w->high * w->high);
+    give_up_lists(s->sph);
     return false;
 }
 
@@ -123,31 +125,61 @@ static int search_cluster(const struct seeker *s, const struct wish *wish, int n
     return count;
 }
 
-static void search_rows(const struct seeker *s, struct wish *wish, int n)
+/* A row that finds its h farther away than expected may come within reach of rows whose lists were
+ * made without it: those that lie within its new 2h, where the search has just been. (A row with an h
+ * larger than that has it in its list in any case.) */
+static void mark_stale(const struct seeker *s)
+{
+    const struct species *gas = &s->sim->species[GAS];
+    struct sph_batch *batch = NULL;
+    for (int e = 0, last = -1; e < s->work->tile.n; e++) {
+        int32_t row = s->work->row[e];
+        if (row > last) {
+            int32_t b = sph_batch_at(s->sim, s->sph, row);
+            if (b == s->sph->n_batches) return;
+            batch = &s->sph->batch[b];
+            last = gas->active[batch->first + batch->count - 1];
+        }
+        if (row < gas->active[batch->first]) continue;
+#pragma omp atomic write
+        batch->stale = true;
+    }
+}
+
+/* The rows' box becomes the work's; returns how far they look. */
+static float widest_reach(const struct seeker *s, const struct wish *wish, int n)
 {
     int32_t row[SPH_BATCH];
-    for (int round = 0; n > 0; round++) {
-        float reach = 0;
-        for (int w = 0; w < n; w++) {
-            row[w] = wish[w].row;
-            reach = fmaxf(reach, wish[w].reach);
-        }
-        sph_centre(s->work, s->sim, s->batch->node, (struct sph_region){row, n});
-        sph_gather(s->work, s->sim, reach, false, 0);
+    float reach = 0;
+    for (int w = 0; w < n; w++) {
+        row[w] = wish[w].row;
+        reach = fmaxf(reach, wish[w].reach);
+    }
+    sph_centre(s->work, s->sim, s->batch->node, (struct sph_region){row, n});
+    return reach;
+}
+
+/* The first round takes along what the kernels may meet if every h is as expected, for the list. */
+static void search_rows(const struct seeker *s, struct wish *wish, int n, bool first)
+{
+    for (; n > 0; first = false) {
+        float half = 0.5f * widest_reach(s, wish, n);
+        sph_gather(s->work, s->sim, (struct sph_reach){half, half, first ? first_reach : 0, true}, 0);
         if (s->work->more && n > 1) {
-            search_rows(s, wish, n / 2);
-            search_rows(s, wish + n / 2, n - n / 2);
+            search_rows(s, wish, n / 2, false);
+            search_rows(s, wish + n / 2, n - n / 2, false);
             return;
         }
         if (s->work->more) {
             if (!look_closer(s, wish)) return;
             continue;
         }
+        if (first) sph_keep_list(s->sph, s->work, s->sim, s->batch);
+        else mark_stale(s);
         int kept = 0;
         for (int w = 0; w < n; w += SPH_LANES)
             kept += search_cluster(s, wish + w, n - w < SPH_LANES ? n - w : SPH_LANES, wish + kept);
         n = kept;
-        if (n == 0) return;
 #pragma omp atomic
         s->sph->retries += n;
     }
@@ -159,22 +191,39 @@ static void search_batch(const struct seeker *s)
     struct wish wish[SPH_BATCH];
     for (int r = 0; r < s->batch->count; r++) {
         int32_t i = gas->active[s->batch->first + r];
-        wish[r] = (struct wish){i, 2 * first_reach * expected_h(s->sim, i), 0, INFINITY};
-        if (!(gas->h[i] > 0)) wish[r].reach = guess_reach(s);
+        float h = fmaxf(sph_h_expected(s->sim, i, 0), (float)s->sph->h_min);
+        wish[r] = (struct wish){i, 2 * first_reach * h, 0, INFINITY};
+        if (h > first_reach * sph_h_expected(s->sim, i, 0)) give_up_lists(s->sph);
+        if (gas->h[i] > 0) continue;
+        wish[r].reach = guess_reach(s);
+        give_up_lists(s->sph);
     }
-    search_rows(s, wish, s->batch->count);
+    search_rows(s, wish, s->batch->count, true);
+}
+
+/* Marks do not reach other ranks. */
+static void share_surprise(struct sph *sph, int64_t retries)
+{
+    if (comm_size() == 1) return;
+    double surprise = sph->unforeseen || sph->retries > retries;
+    comm_max(&surprise, 1);
+    sph->unforeseen = surprise > 0;
 }
 
 void sph_smooth(struct sim *sim, void *state)
 {
     struct sph *sph = state;
     const struct species *gas = &sim->species[GAS];
+    int64_t retries = sph->retries;
     sph_make_batches(sim, sph);
+    if (sph->grouped == sim->time.tick) sph_fit_h_max(sim);
     float target = (float)(sph->neighbours < gas->n - 1 ? sph->neighbours : gas->n - 1) + 1;
     float most = 4 * (float)sim->tree.side;
+    sph->unforeseen = target < (float)(sph->neighbours + 1);
 #pragma omp parallel for schedule(dynamic, 1)
     for (int32_t b = 0; b < sph->n_batches; b++) {
         struct seeker s = {sim, sph, sph->work[omp_get_thread_num()], &sph->batch[b], target, most};
         search_batch(&s);
     }
+    share_surprise(sph, retries);
 }

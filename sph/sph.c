@@ -36,7 +36,7 @@ static const struct param params[] = {
      offsetof(struct sph, courant)},
     {"acceleration", PARAM_REAL, "", "0.25", 0.001, 2, NULL, "eta in the step eta sqrt(2h/|a|)", true,
      offsetof(struct sph, acceleration)},
-    {"group_size", PARAM_COUNT, "", "128", 8, SPH_BATCH, NULL, "largest number of rows that share a neighbour search",
+    {"group_size", PARAM_COUNT, "", "512", 8, SPH_BATCH, NULL, "largest number of rows that share a neighbour search",
      true, offsetof(struct sph, group_size)},
     {"preset", PARAM_CHOICE, "", "classic", 0, 0, "classic",
      "classic: cubic spline, Monaghan viscosity, energy equation", false, offsetof(struct sph, preset)},

@@ -3,8 +3,8 @@
  * the rows that they meet.
  *
  * A batch is the active rows of one group (a cell of the tree with at most group_size gas rows). The
- * rows within its reach are staged once into a tile of floats about its centre, predicted to now;
- * clusters of SPH_LANES rows then run down the part of the tile that is near them.
+ * rows within its reach are found once a step, by the search for h, and staged into a tile of floats about
+ * its centre, predicted to now; clusters of SPH_LANES rows then run down the part of the tile that is near them.
  *
  * Of sleeping rows, position, velocity and u are predicted; rho and h follow div v (sph_rho_now); the
  * Balsara factor is that of their last own step. h of an active row changes what its sleeping
@@ -14,12 +14,13 @@
 #include "lanes.h"
 #include "sim.h"
 
-enum { SPH_BATCH = 256 };
+enum { SPH_BATCH = 512 };
 enum sph_eos { SPH_ADIABATIC, SPH_ISOTHERMAL };
 enum sph_count { SPH_EXACT, SPH_SMOOTH };
 
-/* Rows [first, first + count) of the gas' active list; their candidates in the arena, or list = -1. */
-struct sph_batch { int32_t node, first, count; int32_t n_list; int64_t list; };
+/* Rows [first, first + count) of the gas' active list; the rows that they may meet in the arena, or
+ * list = -1. stale: a row outside found an h that the list did not allow for. */
+struct sph_batch { int32_t node, first, count, n_list; int64_t list; bool stale; };
 
 /* What one thread works with. */
 struct sph_work {
@@ -48,17 +49,22 @@ struct sph {
     int32_t *arena;
     int64_t arena_size, arena_used;
     uint8_t *next_rung;             /* LIMIT: what every row's rung is about to be */
+    bool unforeseen;                /* an h of this step is larger than any list allows for */
     int64_t retries;                /* rows whose search for h had to look further, since the start */
 };
 
 /* batches.c: groups after a rebuild, batches of this step's active rows, scratch for every thread. */
 void sph_make_batches(struct sim *sim, struct sph *sph);
 void sph_free_batches(struct sph *sph);
+/* Keeps the tile's rows as the list of the batch, if the arena has room. */
+void sph_keep_list(struct sph *sph, const struct sph_work *work, const struct sim *sim, struct sph_batch *batch);
+/* The first batch that ends at a row or after it (n_batches: none). */
+int32_t sph_batch_at(const struct sim *sim, const struct sph *sph, int32_t row);
 /* The cell whose gas rows are the group that a row belongs to. */
 int32_t sph_group_of(const struct sim *sim, const struct sph *sph, int32_t row);
-/* Largest smoothing length in each node: of all nodes after a rebuild, else above the rows whose
- * step ends now. */
-void sph_fit_h_max(struct sim *sim, const struct sph *sph);
+/* Largest smoothing length in each node: of all nodes after a rebuild, else at least above the rows
+ * whose step ends now. */
+void sph_fit_h_max(struct sim *sim);
 
 /* tile.c. A region: the rows of a batch, or some of them. */
 struct sph_region { const int32_t *row; int n; };
@@ -69,9 +75,13 @@ float sph_largest_h(const struct sim *sim, struct sph_region rows);
 void sph_centre(struct sph_work *work, const struct sim *sim, int32_t node, struct sph_region region);
 /* A row as it is now, about the work's centre. */
 struct sph_place sph_place_row(const struct sph_work *work, const struct sim *sim, int32_t i);
-/* Stages the gas rows within `reach` of the region's box; mutual: or that reach it themselves with
- * their own h. The first `skip` of them are passed over. */
-void sph_gather(struct sph_work *work, const struct sim *sim, float reach, bool mutual, int64_t skip);
+/* Which rows are staged: those within `rows` + max(least, factor times their h) of the region's box.
+ * search: h of the rows whose step ends is what is expected of it, and velocities are left out. */
+struct sph_reach { float rows, least, factor; bool search; };
+/* Stages the gas rows in reach. The first `skip` of them are passed over. */
+void sph_gather(struct sph_work *work, const struct sim *sim, struct sph_reach reach, int64_t skip);
+/* All that the kernels of the rows may meet, once every h is known. */
+static inline struct sph_reach sph_mutual(float largest_h) { return (struct sph_reach){largest_h, 0, 1, false}; }
 /* Whether each row of the tile is the image nearest to the centre, so that a list of rows tells them all. */
 bool sph_nearest(const struct sph_work *work, const struct sim *sim);
 /* Stages the rows listed, in a box their nearest images. */
@@ -101,11 +111,28 @@ static inline float sph_rho_now(const struct sim *sim, int64_t i)
     float t = (float)timeline_lag(&sim->time, gas->rung[i], gas->rung0[i]);
     return t > 0 ? gas->rho[i] * expf(-gas->div_v[i] * t) : gas->rho[i];
 }
+static inline float sph_h_at(const struct sim *sim, int64_t i, float t)
+{
+    const struct species *gas = &sim->species[GAS];
+    float growth = gas->div_v[i] * t / 3;
+    return t > 0 ? gas->h[i] * expf(growth < sph_growth ? growth : sph_growth) : gas->h[i];
+}
 static inline float sph_h_now(const struct sim *sim, int64_t i)
 {
     const struct species *gas = &sim->species[GAS];
-    float t = (float)timeline_lag(&sim->time, gas->rung[i], gas->rung0[i]), growth = gas->div_v[i] * t / 3;
-    return t > 0 ? gas->h[i] * expf(growth < sph_growth ? growth : sph_growth) : gas->h[i];
+    return sph_h_at(sim, i, (float)timeline_lag(&sim->time, gas->rung[i], gas->rung0[i]));
+}
+
+/* Before the search: what div v made of h during the step that ends now (lag t = 0), for a sleeping
+ * row what it is. Only where a search begins, and the length of lists, depend on it. */
+static inline float sph_h_expected(const struct sim *sim, int64_t i, float t)
+{
+    const struct species *gas = &sim->species[GAS];
+    if (t > 0) return sph_h_at(sim, i, t);
+    float growth = gas->div_v[i] * (float)timeline_step(&sim->time, gas->rung0[i]) / 3;
+    growth = growth < sph_growth ? growth : sph_growth;
+    growth = growth > -sph_growth ? growth : -sph_growth;
+    return gas->h[i] * (1 + growth * (1 + 0.5f * growth));
 }
 
 /* Sound speed of gas with specific internal energy u (ignored if isothermal). */

@@ -32,23 +32,37 @@ void sph_centre(struct sph_work *work, const struct sim *sim, int32_t node, stru
         sim_predict(&sim->time, &sim->species[GAS], region.row[r], pos);
         for (int k = 0; k < 3; k++) {
             float x = (float)(pos[k] - work->centre[k]);
-            work->low[k] = fminf(work->low[k], x);
-            work->high[k] = fmaxf(work->high[k], x);
+            work->low[k] = x < work->low[k] ? x : work->low[k];
+            work->high[k] = x > work->high[k] ? x : work->high[k];
         }
     }
+}
+
+/* Without it gcc -O2 keeps the loops over three axes, at twice the cost of the walk. */
+#define for_axes(k) _Pragma("GCC unroll 3") for (int k = 0; k < 3; k++)
+
+/* Time from the row's state to now. */
+static inline double row_lag(const struct sim *sim, int32_t i)
+{
+    return timeline_lag(&sim->time, sim->species[GAS].rung[i], sim->species[GAS].rung0[i]);
+}
+
+static inline void row_position(const struct sph_work *work, const struct sim *sim, int32_t i, double t, float x[3])
+{
+    const struct species *gas = &sim->species[GAS];
+    for_axes(k)
+        x[k] = (float)(integrate_position(gas->pos[i][k], gas->vel[i][k], (double)gas->acc[i][k], t) - work->origin[k]);
 }
 
 static inline struct sph_place place_row(const struct sph_work *work, const struct sim *sim, int32_t i)
 {
     const struct species *gas = &sim->species[GAS];
-    double t = timeline_lag(&sim->time, gas->rung[i], gas->rung0[i]);
+    double t = row_lag(sim, i);
     float x[3], v[3];
-    for (int k = 0; k < 3; k++) {
-        double a = (double)gas->acc[i][k];
-        x[k] = (float)(integrate_position(gas->pos[i][k], gas->vel[i][k], a, t) - work->origin[k]);
-        v[k] = (float)(integrate_velocity(gas->vel[i][k], a, t) - work->vel[k]);
-    }
-    return (struct sph_place){x[0], x[1], x[2], 0.5f * sph_h_now(sim, i), v[0], v[1], v[2], (float)gas->mass[i]};
+    row_position(work, sim, i, t, x);
+    for_axes(k)
+        v[k] = (float)(integrate_velocity(gas->vel[i][k], (double)gas->acc[i][k], t) - work->vel[k]);
+    return (struct sph_place){x[0], x[1], x[2], 0.5f * sph_h_at(sim, i, (float)t), v[0], v[1], v[2], (float)gas->mass[i]};
 }
 
 struct sph_place sph_place_row(const struct sph_work *work, const struct sim *sim, int32_t i)
@@ -71,71 +85,104 @@ static inline struct sph_state state_row(const struct sim *sim, const struct sph
     return (struct sph_state){p, rho, 0.5f * sph_sound_speed(sph, u), sph->balsara ? gas->balsara[i] : 1.0f};
 }
 
-static inline void put(struct sph_work *work, int slot, int32_t row, struct sph_place place)
-{
-    struct sph_tile *tile = &work->tile;
-    tile->place[slot] = place;
-    tile->x[slot] = place.x;
-    tile->y[slot] = place.y;
-    tile->z[slot] = place.z;
-    work->row[slot] = row;
-}
+/* The larger of x and 0, without a call (fmax must see NaN) and without a branch that nobody foresees. */
+static inline double positive(double x) { return 0.5 * (x + fabs(x)); }
+static inline float positive_float(float x) { return 0.5f * (x + fabsf(x)); }
 
-/* fmax and fmaxf are calls, since they must see NaN. */
-static inline double larger(double a, double b) { return a > b ? a : b; }
-static inline float larger_float(float a, float b) { return a > b ? a : b; }
-
-/* Squared distance of a box given by its ends, about the work's centre, from the batch's box. */
+/* Squared distance of a box given by its ends, about the work's centre, from the region's box. */
 static inline double box_gap2(const struct sph_work *work, const double low[3], const double high[3])
 {
     double sum = 0;
-    for (int k = 0; k < 3; k++) {
-        double gap = larger(larger(low[k] - (double)work->high[k], (double)work->low[k] - high[k]), 0);
+    for_axes(k) {
+        double gap = positive(low[k] - (double)work->high[k]) + positive((double)work->low[k] - high[k]);
         sum += gap * gap;
     }
     return sum;
 }
 
 /* The same of a row. */
-static inline float row_gap2(const struct sph_work *work, const struct sph_place *p)
+static inline float row_gap2(const struct sph_work *work, const float x[3])
 {
-    float x = larger_float(larger_float(p->x - work->high[0], work->low[0] - p->x), 0);
-    float y = larger_float(larger_float(p->y - work->high[1], work->low[1] - p->y), 0);
-    float z = larger_float(larger_float(p->z - work->high[2], work->low[2] - p->z), 0);
-    return x * x + y * y + z * z;
+    float sum = 0;
+    for_axes(k) {
+        float gap = positive_float(x[k] - work->high[k]) + positive_float(work->low[k] - x[k]);
+        sum += gap * gap;
+    }
+    return sum;
 }
 
-struct walk { float reach; bool mutual; int64_t skip; };
+struct walk { struct sph_reach reach; int64_t skip; };
 
 /* What the float arithmetic of the tile may lose against the boxes in double. */
 static const double margin = 1 + 1e-5;
 
-static bool node_near(const struct sph_work *work, const struct tree *tree, int32_t n, const struct walk *walk)
+static inline float reach_of(const struct sph_reach *reach, float h)
+{
+    return reach->rows + reach->least + positive_float(reach->factor * h - reach->least);
+}
+
+static bool node_near(const struct sph_work *work, const struct tree *tree, int32_t n, const struct sph_reach *reach)
 {
     const struct node *node = &tree->node[n];
-    double low[3], high[3], reach = (double)walk->reach + (walk->mutual ? (double)tree->h_max[n] : 0);
+    double low[3], high[3], r = (double)reach_of(reach, reach->factor > 0 ? tree->h_max[n] : 0);
     if (node->count[GAS] == 0) return false;
-    for (int k = 0; k < 3; k++) {
+    for_axes(k) {
         double x = node->pos[k] - work->origin[k];
         low[k] = x + (double)node->low[k];
         high[k] = x + (double)node->high[k];
     }
-    return box_gap2(work, low, high) <= margin * reach * reach;
+    return box_gap2(work, low, high) <= margin * r * r;
 }
 
-static void take_leaf(struct sph_work *work, const struct sim *sim, const struct node *node, struct walk *walk)
+static inline void put_place(struct sph_tile *tile, int slot, struct sph_place place)
+{
+    tile->place[slot] = place;
+    tile->x[slot] = place.x;
+    tile->y[slot] = place.y;
+    tile->z[slot] = place.z;
+    tile->reach[slot] = 2.0f * place.half_h;
+}
+
+/* A search for h stages what it needs, positions and masses. Whether a row is in reach is as good as
+ * random, so all are written and those out of reach are written over. */
+static void take_positions(struct sph_work *work, const struct sim *sim, const struct node *node, struct sph_reach reach)
+{
+    struct sph_tile *tile = &work->tile;
+    const struct species *gas = &sim->species[GAS];
+    int n = tile->n;
+    for (int32_t i = node->first[GAS]; i < node->first[GAS] + node->count[GAS]; i++) {
+        if (n == SPH_TILE) {
+            work->more = true;
+            break;
+        }
+        float x[3];
+        double t = row_lag(sim, i);
+        row_position(work, sim, i, t, x);
+        float r = reach_of(&reach, reach.factor > 0 ? sph_h_expected(sim, i, (float)t) : 0);
+        tile->x[n] = x[0];
+        tile->y[n] = x[1];
+        tile->z[n] = x[2];
+        tile->mass[n] = (float)gas->mass[i];
+        tile->reach[n] = 0;
+        work->row[n] = i;
+        n += row_gap2(work, x) <= (float)margin * r * r;
+    }
+    tile->n = n;
+}
+
+static void take_places(struct sph_work *work, const struct sim *sim, const struct node *node, struct walk *walk)
 {
     struct sph_tile *tile = &work->tile;
     for (int32_t i = node->first[GAS]; i < node->first[GAS] + node->count[GAS]; i++) {
         struct sph_place p = place_row(work, sim, i);
-        float own = walk->mutual ? 2 * p.half_h : 0, reach = walk->reach + own;
-        if (row_gap2(work, &p) > (float)margin * reach * reach || walk->skip-- > 0) continue;
+        float r = reach_of(&walk->reach, 2.0f * p.half_h);
+        if (row_gap2(work, (const float[3]){p.x, p.y, p.z}) > (float)margin * r * r || walk->skip-- > 0) continue;
         if (tile->n == SPH_TILE) {
             work->more = true;
             return;
         }
-        tile->reach[tile->n] = own;
-        put(work, tile->n++, i, p);
+        put_place(tile, tile->n, p);
+        work->row[tile->n++] = i;
     }
 }
 
@@ -143,8 +190,11 @@ static void take_leaf(struct sph_work *work, const struct sim *sim, const struct
 static void visit(struct sph_work *work, const struct sim *sim, int32_t n, struct walk *walk)
 {
     const struct node *node = &sim->tree.node[n];
-    if (work->more || !node_near(work, &sim->tree, n, walk)) return;
-    if (node->n_children == 0) take_leaf(work, sim, node, walk);
+    if (work->more || !node_near(work, &sim->tree, n, &walk->reach)) return;
+    if (node->n_children == 0) {
+        if (walk->reach.search) take_positions(work, sim, node, walk->reach);
+        else take_places(work, sim, node, walk);
+    }
     for (int32_t k = 0; k < node->n_children; k++) visit(work, sim, node->child + k, walk);
 }
 
@@ -152,7 +202,8 @@ static void visit(struct sph_work *work, const struct sim *sim, int32_t n, struc
 static void visit_images(struct sph_work *work, const struct sim *sim, struct walk *walk)
 {
     const struct node *root = &sim->tree.node[0];
-    double reach = margin * ((double)walk->reach + (walk->mutual ? (double)sim->tree.h_max[0] : 0)), all[2][3], near[2][3];
+    double reach = margin * (double)reach_of(&walk->reach, walk->reach.factor > 0 ? sim->tree.h_max[0] : 0);
+    double all[2][3], near[2][3];
     for (int k = 0; k < 3; k++) {
         all[0][k] = root->pos[k] + (double)root->low[k];
         all[1][k] = root->pos[k] + (double)root->high[k];
@@ -170,9 +221,9 @@ static void visit_images(struct sph_work *work, const struct sim *sim, struct wa
     for (int k = 0; k < 3; k++) work->origin[k] = work->centre[k];
 }
 
-void sph_gather(struct sph_work *work, const struct sim *sim, float reach, bool mutual, int64_t skip)
+void sph_gather(struct sph_work *work, const struct sim *sim, struct sph_reach reach, int64_t skip)
 {
-    struct walk walk = {reach, mutual, skip};
+    struct walk walk = {reach, skip};
     work->tile.n = 0;
     work->more = false;
     visit_images(work, sim, &walk);
@@ -205,9 +256,8 @@ void sph_stage(struct sph_work *work, const struct sim *sim, const int32_t *row,
     bool closed = box_closed(&sim->box);
     for (int k = 0; k < n; k++) {
         if (closed) choose_image(work, sim, row[k]);
-        struct sph_place p = place_row(work, sim, row[k]);
-        work->tile.reach[k] = 2.0f * p.half_h;
-        put(work, k, row[k], p);
+        put_place(&work->tile, k, place_row(work, sim, row[k]));
+        work->row[k] = row[k];
     }
     for (int k = 0; k < 3; k++) work->origin[k] = work->centre[k];
     work->tile.n = n;
@@ -227,8 +277,8 @@ struct sph_box sph_lanes_fill(struct sph_lanes *lanes, const struct sph_work *wo
         struct sph_place p = sph_place_row(work, sim, cluster.row[l < cluster.n ? l : cluster.n - 1]);
         const float x[3] = {p.x, p.y, p.z};
         for (int k = 0; k < 3; k++) {
-            low[k] = fminf(low[k], x[k]);
-            high[k] = fmaxf(high[k], x[k]);
+            low[k] = x[k] < low[k] ? x[k] : low[k];
+            high[k] = x[k] > high[k] ? x[k] : high[k];
         }
         lanes->x[l] = p.x;
         lanes->y[l] = p.y;

@@ -16,6 +16,11 @@ HD real simd_load(const float *p) { return (real)*(const simd_memory *)p; }
 HD void simd_store(float *p, real x) { *(simd_memory *)p = (simd_memory)x; }
 HD simd_int simd_load_int(const int32_t *p) { return (simd_int)simd_load((const float *)p); }
 
+HD span span_load(const float *p) { return (span)*(const span_memory *)p; }
+HD void span_store(float *p, span x) { *(span_memory *)p = (span_memory)x; }
+HD span span_splat(float x) { return x - (span){0}; }
+HD span span_if(span_int mask, span x, span y) { return (span)(((span_int)x & mask) | ((span_int)y & ~mask)); }
+
 /* Rows become columns: lane i of v[j] and lane j of v[i] change places. */
 HD void simd_transpose(real v[LANES])
 {

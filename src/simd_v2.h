@@ -13,6 +13,11 @@ enum { LANES = 4 };
 #define REAL_FLOOR 1e-16f
 typedef float real __attribute__((vector_size(16)));
 typedef float simd_memory __attribute__((vector_size(16), may_alias, aligned(4)));
+/* At most eight lanes, the rows of a cluster of gas. */
+enum { SPAN = 4 };
+typedef float span __attribute__((vector_size(16)));
+typedef float span_memory __attribute__((vector_size(16), may_alias, aligned(4)));
+typedef int32_t span_int __attribute__((vector_size(16)));
 typedef int32_t simd_int __attribute__((vector_size(16)));
 
 /* Relative error 1.5 * 2^-12. */
@@ -28,5 +33,19 @@ HD void simd_promote(double *sum, real x)
     _mm_storeu_pd(sum, low + _mm_loadu_pd(sum));
     _mm_storeu_pd(sum + LANES / 2, high + _mm_loadu_pd(sum + LANES / 2));
 }
+/* Numbers (from `first` on) of the lanes where the mask is set; writes up to LANES of them. How many. */
+HD int simd_pack(uint16_t *to, simd_int mask, int first)
+{
+    int bits = _mm_movemask_ps((__m128)mask), n = 0;
+    for (int l = 0; l < LANES; l++) {
+        to[n] = (uint16_t)(first + l);
+        n += bits >> l & 1;
+    }
+    return n;
+}
+/* Vectors of SPAN lanes: the bits of a mask, the smaller and the larger of two. */
+HD int span_bits(span_int mask) { return _mm_movemask_ps((__m128)mask); }
+HD span span_min(span a, span b) { return (span)_mm_min_ps((__m128)a, (__m128)b); }
+HD span span_max(span a, span b) { return (span)_mm_max_ps((__m128)a, (__m128)b); }
 #include "simd.h"
 #endif

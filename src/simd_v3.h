@@ -13,6 +13,11 @@ enum { LANES = 8 };
 #define REAL_FLOOR 1e-16f
 typedef float real __attribute__((vector_size(32)));
 typedef float simd_memory __attribute__((vector_size(32), may_alias, aligned(4)));
+/* At most eight lanes, the rows of a cluster of gas. */
+enum { SPAN = 8 };
+typedef float span __attribute__((vector_size(32)));
+typedef float span_memory __attribute__((vector_size(32), may_alias, aligned(4)));
+typedef int32_t span_int __attribute__((vector_size(32)));
 typedef int32_t simd_int __attribute__((vector_size(32)));
 
 /* Relative error 1.5 * 2^-12. */
@@ -29,5 +34,18 @@ HD void simd_promote(double *sum, real x)
     _mm256_storeu_pd(sum, low + _mm256_loadu_pd(sum));
     _mm256_storeu_pd(sum + LANES / 2, high + _mm256_loadu_pd(sum + LANES / 2));
 }
+/* Numbers (from `first` on) of the lanes where the mask is set; writes up to LANES of them. How many. */
+HD int simd_pack(uint16_t *to, simd_int mask, int first)
+{
+    unsigned bits = (unsigned)_mm256_movemask_ps((__m256)mask);
+    uint64_t bytes = _pdep_u64(bits, 0x0101010101010101u) * 0xff, lanes = _pext_u64(0x0706050403020100u, bytes);
+    __m128i numbers = _mm_cvtepu8_epi16(_mm_cvtsi64_si128((long long)lanes));
+    _mm_storeu_si128((__m128i *)to, _mm_add_epi16(numbers, _mm_set1_epi16((short)first)));
+    return __builtin_popcount(bits);
+}
+/* Vectors of SPAN lanes: the bits of a mask, the smaller and the larger of two. */
+HD int span_bits(span_int mask) { return _mm256_movemask_ps((__m256)mask); }
+HD span span_min(span a, span b) { return (span)_mm256_min_ps((__m256)a, (__m256)b); }
+HD span span_max(span a, span b) { return (span)_mm256_max_ps((__m256)a, (__m256)b); }
 #include "simd.h"
 #endif

@@ -13,6 +13,11 @@ enum { LANES = 16 };
 #define REAL_FLOOR 1e-16f
 typedef float real __attribute__((vector_size(64)));
 typedef float simd_memory __attribute__((vector_size(64), may_alias, aligned(4)));
+/* At most eight lanes, the rows of a cluster of gas. */
+enum { SPAN = 8 };
+typedef float span __attribute__((vector_size(32)));
+typedef float span_memory __attribute__((vector_size(32), may_alias, aligned(4)));
+typedef int32_t span_int __attribute__((vector_size(32)));
 typedef int32_t simd_int __attribute__((vector_size(64)));
 
 /* Relative error 2^-14. */
@@ -31,5 +36,18 @@ HD void simd_promote(double *sum, real x)
     _mm512_storeu_pd(sum, low + _mm512_loadu_pd(sum));
     _mm512_storeu_pd(sum + LANES / 2, high + _mm512_loadu_pd(sum + LANES / 2));
 }
+/* Numbers (from `first` on) of the lanes where the mask is set; writes up to LANES of them. How many. */
+HD int simd_pack(uint16_t *to, simd_int mask, int first)
+{
+    const __m512i lanes = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+    __mmask16 bits = _mm512_movepi32_mask((__m512i)mask);
+    __m512i numbers = _mm512_maskz_compress_epi32(bits, _mm512_add_epi32(lanes, _mm512_set1_epi32(first)));
+    _mm256_storeu_si256((__m256i *)to, _mm512_cvtepi32_epi16(numbers));
+    return __builtin_popcount(bits);
+}
+/* Vectors of SPAN lanes: the bits of a mask, the smaller and the larger of two. */
+HD int span_bits(span_int mask) { return _mm256_movemask_ps((__m256)mask); }
+HD span span_min(span a, span b) { return (span)_mm256_min_ps((__m256)a, (__m256)b); }
+HD span span_max(span a, span b) { return (span)_mm256_max_ps((__m256)a, (__m256)b); }
 #include "simd.h"
 #endif

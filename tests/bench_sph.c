@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * CPU time of H, DENSITY and FORCE with all rows active, on a sphere of density 1/r, and pairs within
- * the kernel that FORCE computes a second: bench_sph [rows [times]]. The best of `times` is told. */
+ * the kernel that FORCE computes a second: bench_sph [rows [times [sph.key=value ...]]]. The best of
+ * `times` is told. */
 #include "sph_case.h"
 #include <stdio.h>
 #include <stdlib.h>
@@ -12,7 +13,7 @@ int main(int argc, char **argv)
 {
     int64_t n = argc > 1 ? atoll(argv[1]) : 100000;
     int times = argc > 2 ? atoi(argv[2]) : 3;
-    struct sim *sim = case_new(n, case_evrard, NULL);
+    struct sim *sim = case_new(n, case_evrard, argc > 3 ? (const char *const *)argv + 3 : NULL);
     const int hooks[] = {HOOK_H, HOOK_DENSITY, HOOK_FORCE};
     double best[3] = {1e30, 1e30, 1e30}, sum = 0;
     case_arrange(sim);
