@@ -76,6 +76,9 @@ static void set_softening(struct sim *sim, struct gravity *g)
     g->near2 = spline || !(most > 0) ? 0 : 15 * 0.5 * (most * most - least * least) / g->accuracy;
 }
 
+/* Pair forces are floats: doc/manual/gravity.md, "What it does not do". */
+#define FLOAT_ACCURACY 1e-6
+
 /* Rows up to which direct sums are the cheapest: their cost a row (N / 4.5e9 s with the slowest of the
  * machines measured) is below that of a walk with lists (0.5 microseconds). */
 enum { DIRECT_ROWS = 2000 };
@@ -222,6 +225,23 @@ static void limit(struct sim *sim, void *state)
     }
 }
 
+/* Settings of which the run cannot hold what the scene seems to ask. */
+static void warn(struct sim *sim, void *state)
+{
+    const struct gravity *g = state;
+    for_species(sim, s) {
+        double eps = isnan(g->softening_of[s->kind]) ? g->softening : g->softening_of[s->kind];
+        if (s->n > 1 && !s->h && !(eps > 0))
+            log_warning("gravity.softening of %s is 0: nothing but time.dt_max limits the steps of these rows, and close "
+                        "pairs will gain energy; give a softening", species_names[s->kind]);
+    }
+    if (g->precision == PRECISION_FLOAT && g->accuracy < FLOAT_ACCURACY)
+        log_warning("gravity.accuracy = %g is beyond single precision (about %g); solver: direct with precision: double "
+                    "reaches it", g->accuracy, FLOAT_ACCURACY);
+    if (g->opening.solver == SOLVER_DIRECT && (g->order > 0 || g->leaf_size > 0 || g->group_size > 0))
+        log_warning("gravity: direct sums have no order, leaf_size or group_size: these settings do nothing");
+}
+
 static const struct saved saved[] = {
     {"scale", offsetof(struct gravity, scale), sizeof(double)},
     {"known", offsetof(struct gravity, known), sizeof(int64_t)},
@@ -233,5 +253,5 @@ const struct module gravity_module = {
     .name = "gravity", .open_space = true, .doc = "self-gravity: direct sum, tree or fast multipoles", .params = params,
     .state_bytes = sizeof(struct gravity), .saved = saved, .declare = declare, .begin = begin, .end = end,
     .hook = {[HOOK_ARRANGE] = arrange, [HOOK_FORCE] = force, [HOOK_LIMIT] = limit},
-    .potential = potential, .energy = energy,
+    .potential = potential, .energy = energy, .warn = warn,
 };

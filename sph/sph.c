@@ -87,7 +87,7 @@ enum { CUBIC_NEIGHBOURS = 55 };
 static void warn(struct sim *sim, void *state)
 {
     const struct sph *sph = state;
-    (void)sim;
+    if (sim->species[GAS].n == 0) log_warning("sph: there is no gas in this scene");
     if (sph->neighbours >= CUBIC_NEIGHBOURS)
         log_warning("sph.neighbours = %lld: with the cubic spline particles pair from about %d neighbours on",
                     (long long)sph->neighbours, CUBIC_NEIGHBOURS);

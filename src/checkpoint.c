@@ -94,16 +94,20 @@ static void write_header(struct h5 *file, const struct sim *sim)
     h5_attr_text(file, "Units", "units", sim->units.physical ? "code units of the scene" : "none");
 }
 
-/* checkpoint.hdf5 becomes checkpoint.previous.hdf5 while its own name stays: a second link, where
- * the file system knows links. */
-static void keep_previous(const char *path)
+/* checkpoint.previous.hdf5 for checkpoint.hdf5. */
+static char *previous_path(const char *path)
 {
     static const char ending[] = ".hdf5";
     size_t length = strlen(path), stem = length;
     if (length > strlen(ending) && strcmp(path + length - strlen(ending), ending) == 0) stem -= strlen(ending);
-    size_t size = length + sizeof ".previous.hdf5";
-    char *previous = mem_alloc("files", size);
-    snprintf(previous, size, "%.*s.previous%s", (int)stem, path, ending);
+    return mem_format("files", "%.*s.previous%s", (int)stem, path, ending);
+}
+
+/* checkpoint.hdf5 becomes checkpoint.previous.hdf5 while its own name stays: a second link, where
+ * the file system knows links. */
+static void keep_previous(const char *path)
+{
+    char *previous = previous_path(path);
     if (access(path, F_OK) == 0) {
         unlink(previous);
         if (link(path, previous) != 0) rename(path, previous);
@@ -221,6 +225,12 @@ void checkpoint_read(struct sim *sim, const char *path)
 {
     struct h5 *file = h5_open(path);
     if (!h5_error(file)) read_all(sim, file, path);
-    if (h5_error(file)) problems_add(&sim->problems, "%s %s", path, h5_error(file));
+    if (h5_error(file)) {
+        char *previous = previous_path(path);
+        bool there = access(previous, R_OK) == 0;
+        problems_add(&sim->problems, "%s %s%s%s%s", path, h5_error(file), there ? "; the one before it is " : "",
+                     there ? previous : "", there ? ": give it this name to go on from there" : "");
+        mem_free(previous);
+    }
     h5_close(file);
 }

@@ -65,8 +65,7 @@ static int check_scene(int argc, char **argv)
     cmd_open_device(&options, sim);
     sim_begin(sim);
     problems_report(&sim->problems);
-    for (int u = 0; u < sim->n_use; u++)
-        if (sim->use[u].module->warn) sim->use[u].module->warn(sim, sim->use[u].state);
+    sim_warn(sim);
     double cpu = profile_cpu();
     bool fine = run_step(sim, HOOK_LIMIT);
     cpu = profile_cpu() - cpu;

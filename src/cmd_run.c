@@ -127,8 +127,7 @@ static void open_log(const struct sim *sim, bool append)
 
 static int go(struct sim *sim, const struct cmd_options *options)
 {
-    for (int u = 0; u < sim->n_use; u++)
-        if (sim->use[u].module->warn) sim->use[u].module->warn(sim, sim->use[u].state);
+    sim_warn(sim);
     signals_install();
     int status = run_to_end(sim, options->max_wall);
     sim_free(sim);
@@ -159,7 +158,8 @@ static int again(const struct cmd_options *options)
     char *folder = text_join(options->restart, ""), *used = text_join(folder, "/used.yml");
     char *checkpoint = text_join(folder, "/checkpoint.hdf5"), *energies = text_join(folder, "/energy.csv");
     if (access(checkpoint, R_OK) != 0)
-        fail(STATUS_INPUT, "%s: cannot be read: %s (--restart takes the directory of a run)", checkpoint, strerror(errno));
+        fail(STATUS_INPUT, "%s: cannot be read: %s (--restart takes the directory of a run, and a checkpoint.previous.hdf5 "
+             "in it may be given this name)", checkpoint, strerror(errno));
     struct sim *sim = sim_new(cmd_scene(options, used), SIM_RUN);
     check_restart(sim, options);
     problems_report(&sim->problems);

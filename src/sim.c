@@ -2,6 +2,7 @@
  * From a scene to a simulation: which modules it uses, their parameters, columns and hooks. */
 #include "sim.h"
 #include "device.h"
+#include "log.h"
 #include "mem.h"
 #include "module.h"
 #include "profile.h"
@@ -131,6 +132,15 @@ void sim_begin(struct sim *sim)
     for (int u = 0; u < sim->n_use; u++)
         if (sim->use[u].module->begin) sim->use[u].module->begin(sim, sim->use[u].state);
     list_calls(sim);
+}
+
+void sim_warn(struct sim *sim)
+{
+    const struct species *gas = &sim->species[GAS];
+    if (gas->n > 0 && !species_has(gas, COLUMN_rho))
+        log_warning("%lld rows of gas, and no module gives them pressure: they move as dust (sph: {} would)", (long long)gas->n);
+    for (int u = 0; u < sim->n_use; u++)
+        if (sim->use[u].module->warn) sim->use[u].module->warn(sim, sim->use[u].state);
 }
 
 void sim_run_hook(struct sim *sim, int hook)

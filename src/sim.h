@@ -64,6 +64,8 @@ enum sim_purpose { SIM_RUN, SIM_FORCES };
 struct sim *sim_new(struct scene *scene, enum sim_purpose purpose);
 /* After the rows are there: columns, module states. */
 void sim_begin(struct sim *sim);
+/* What the scene seems not to mean, and what each module says of its settings: warnings in the log. */
+void sim_warn(struct sim *sim);
 void sim_free(struct sim *sim);
 /* Runs every call of one hook, timed; whatever fails meanwhile, since other ranks go on. */
 void sim_run_hook(struct sim *sim, int hook);

@@ -46,7 +46,7 @@ void start_read(struct sim *sim)
 {
     struct start *start = sim->start = mem_alloc("frame", sizeof *start);
     const char *name = scene_value(sim->scene, "start", "generator");
-    if (name) {
+    if (name && strcmp(name, "none") != 0) {    /* used.yml says none where there is a file */
         start->maker = start_find_generator(name);
         if (!start->maker) {
             unknown_generator(sim, name);

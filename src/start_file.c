@@ -7,10 +7,14 @@
 #include "log.h"
 #include "mem.h"
 #include "sort.h"
+#include <float.h>
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
+
+/* Rows of a group without ids. */
+struct unnumbered { struct species *table; int64_t first, n; };
 
 struct reader {
     struct sim *sim;
@@ -19,6 +23,7 @@ struct reader {
     struct layout_unit unit;    /* of the file, over the scene's code unit */
     bool swift;
     double mass_table[LAYOUT_TYPES], count[LAYOUT_TYPES];
+    struct unnumbered unnumbered[LAYOUT_TYPES];
 };
 
 struct group { struct reader *reader; struct species *table; int type; int64_t first, n; };
@@ -38,11 +43,11 @@ static const double swift_support = 1.825742;
 
 /* --- header --- */
 
-/* The attribute of whichever of the three groups has it. */
+/* The attribute of whichever of the groups has it. */
 static bool header_number(struct h5 *file, const char *name, double *value)
 {
-    static const char *const groups[] = {"Units", "Parameters", "Header"};
-    for (int g = 0; g < 3; g++)
+    static const char *const groups[] = {"Units", "Parameters", "Header", "Cosmology"};
+    for (int g = 0; g < 4; g++)
         if (h5_read_attr(file, groups[g], name, value, 1)) return true;
     return false;
 }
@@ -50,8 +55,9 @@ static bool header_number(struct h5 *file, const char *name, double *value)
 static void refuse_cosmology(struct reader *r)
 {
     static const struct { const char *name; double allowed; } number[] = {
-        {"OmegaLambda", 0}, {"HubbleParam", 1}, {"ComovingIntegrationOn", 0}};
-    for (int i = 0; i < 3; i++) {
+        {"OmegaLambda", 0}, {"HubbleParam", 1}, {"ComovingIntegrationOn", 0}, {"Cosmological run", 0},
+        {"Scale-factor", 1}, {"Redshift", 0}};
+    for (size_t i = 0; i < sizeof number / sizeof *number; i++) {
         double value;
         if (header_number(r->file, number[i].name, &value) && value != number[i].allowed)
             problems_add(&r->sim->problems, "%s is cosmological (%s = %g): only files with %s = %g can be read",
@@ -71,6 +77,12 @@ static bool named_units(struct reader *r)
     for (int k = 0; k < 3; k++) r->swift = r->swift && header_number(r->file, swift[k], &v[k]);
     if (r->swift) v[2] = v[0] / v[2];
     for (int k = 0; k < 3 && !r->swift; k++) named = named && header_number(r->file, gadget[k], &v[k]);
+    for (int k = 0; k < 3 && named; k++)
+        if (!(isfinite(v[k]) && v[k] > 0)) {
+            problems_add(&r->sim->problems, "%s: its unit of %s is %g in cgs: must be above 0", r->path,
+                         k == 0 ? "length" : k == 1 ? "mass" : r->swift ? "length over time" : "velocity", v[k]);
+            return false;
+        }
     if (named) r->unit = (struct layout_unit){v[0], v[1], v[2], "named"};
     return named;
 }
@@ -132,6 +144,7 @@ static void read_header(struct reader *r)
     read_units(r);
     double start = 0;
     if (h5_read_attr(r->file, "Header", "Time", &start, 1)) r->sim->time.start = start * file_factor(r, "L V^-1");
+    if (!isfinite(start)) problems_add(&r->sim->problems, "%s: its Time is %g", r->path, start);
     read_box(r);
     if (start != 0) log_line("%s: the run starts at the file's time, %g", r->path, r->sim->time.start);
 }
@@ -197,7 +210,7 @@ static void read_column(const struct group *g, enum column column)
 }
 
 /* What a file may give in another way: masses in the header, ids not at all, u as a temperature. */
-static void fill_missing(const struct group *g, int64_t before)
+static void fill_missing(const struct group *g)
 {
     struct reader *r = g->reader;
     struct species *table = g->table;
@@ -215,7 +228,7 @@ static void fill_missing(const struct group *g, int64_t before)
     }
     if (!find(g, "ParticleIDs", path)) {
         log_line("%s: PartType%d has no ParticleIDs: numbered in the file's order", r->path, g->type);
-        for (int64_t i = 0; i < g->n; i++) table->id[g->first + i] = (uint64_t)(before + i + 1);
+        r->unnumbered[g->type] = (struct unnumbered){table, g->first, g->n};
     }
     if (!find(g, "Velocities", path))
         log_line("%s: PartType%d has no Velocities: at rest", r->path, g->type);
@@ -228,15 +241,17 @@ static void fill_missing(const struct group *g, int64_t before)
         for (int64_t i = 0; i < g->n; i++) u[i] = (float)((double)u[i] / kelvin);
 }
 
-static void read_group(struct reader *r, int type, int64_t *before)
+static void read_group(struct reader *r, int type)
 {
     char path[100];
     int components = 0;
     struct group g = {.reader = r, .type = type};
     snprintf(path, sizeof path, "PartType%d", type);
     g.table = &r->sim->species[group_species(r->file, path, type)];
-    if (!find(&g, "Coordinates", path) || !h5_shape(r->file, path, &g.n, &components)) {
-        problems_add(&r->sim->problems, "%s: PartType%d has no Coordinates", r->path, type);
+    bool there = find(&g, "Coordinates", path);
+    if (!there || !h5_shape(r->file, path, &g.n, &components)) {
+        problems_add(&r->sim->problems, "%s: PartType%d has %s", r->path, type,
+                     there ? "Coordinates that are not a table of rows" : "no Coordinates");
         return;
     }
     if (r->count[type] >= 0 && r->count[type] != (double)g.n)
@@ -250,11 +265,20 @@ static void read_group(struct reader *r, int type, int64_t *before)
     for (int c = 0; c < N_COLUMNS; c++)
         if (*column_table[c].file_name && column_table[c].lifetime == KEEP && c != COLUMN_acc
             && species_has(g.table, c)) read_column(&g, c);
-    fill_missing(&g, *before);
-    *before += g.n;
+    fill_missing(&g);
     snprintf(path, sizeof path, "PartType%d", type);
     h5_list(r->file, path, note_unused, &g);
     log_line("%s: %" PRId64 " rows of PartType%d are %s", r->path, g.n, type, species_names[g.table->kind]);
+}
+
+/* Rows without ids get the numbers after the largest that the file gives, in the file's order. */
+static void number_rows(struct reader *r)
+{
+    uint64_t last = 0;
+    for_species(r->sim, table)
+        for (int64_t i = 0; i < table->n; i++) last = table->id[i] > last ? table->id[i] : last;
+    for (int t = 0; t < LAYOUT_TYPES; t++)
+        for (int64_t i = 0; i < r->unnumbered[t].n; i++) r->unnumbered[t].table->id[r->unnumbered[t].first + i] = ++last;
 }
 
 /* --- numbers --- */
@@ -265,22 +289,27 @@ static double component(const struct species *table, enum column column, int64_t
     return column_table[column].kind == 'd' ? ((const double *)values)[index] : (double)((const float *)values)[index];
 }
 
-/* Names the first row whose number is not finite or, where `least` is not -INFINITY, below it. */
-static void check_column(struct reader *r, const struct species *table, enum column column, double least)
+/* Beyond this the square of a position or a velocity leaves single precision. */
+static const double largest = 1e18;
+
+/* Names the first row whose number is not finite or outside [least, most]. */
+static void check_column(struct reader *r, const struct species *table, enum column column, double least, double most)
 {
     if (!species_column(table, column)) return;
     const struct column_info *info = &column_table[column];
     int64_t wrong = 0, first = -1;
     for (int64_t i = 0; i < table->n * info->components; i++) {
         double value = component(table, column, i);
-        if (isfinite(value) && value >= least) continue;
+        if (isfinite(value) && value >= least && value <= most) continue;
         if (wrong++ == 0) first = i;
     }
     if (wrong == 0) return;
     char more[40] = "";
+    double value = component(table, column, first);
     if (wrong > 1) snprintf(more, sizeof more, " (and %" PRId64 " more)", wrong - 1);
-    problems_add(&r->sim->problems, "%s: %s particle %" PRIu64 " has %s = %g%s", r->path, species_names[table->kind],
-                 table->id[first / info->components], info->file_name, component(table, column, first), more);
+    problems_add(&r->sim->problems, "%s: %s particle %" PRIu64 " has %s = %g%s%s", r->path, species_names[table->kind],
+                 table->id[first / info->components], info->file_name, value, more,
+                 isfinite(value) && fabs(value) > most ? ", too much for the scene's units: choose larger ones" : "");
 }
 
 static void check_ids(struct reader *r)
@@ -308,14 +337,17 @@ static void check_ids(struct reader *r)
 
 static void check_rows(struct reader *r)
 {
+    double mass = 0;
     for_species(r->sim, table) {
-        check_column(r, table, COLUMN_pos, -INFINITY);
-        check_column(r, table, COLUMN_vel, -INFINITY);
-        check_column(r, table, COLUMN_mass, 0);
-        check_column(r, table, COLUMN_u, 0);
-        check_column(r, table, COLUMN_h, 0);
-        for (int c = FIRST_ELEMENT; c < END_ELEMENTS; c++) check_column(r, table, c, 0);
+        check_column(r, table, COLUMN_pos, -largest, largest);
+        check_column(r, table, COLUMN_vel, -largest, largest);
+        check_column(r, table, COLUMN_mass, table->kind == GAS ? DBL_MIN : 0, INFINITY);
+        check_column(r, table, COLUMN_u, 0, INFINITY);
+        check_column(r, table, COLUMN_h, 0, largest);
+        for (int c = FIRST_ELEMENT; c < END_ELEMENTS; c++) check_column(r, table, c, 0, INFINITY);
+        for (int64_t i = 0; i < table->n; i++) mass += table->mass[i];
     }
+    if (mass == 0) problems_add(&r->sim->problems, "%s: all masses are 0", r->path);
     check_ids(r);
 }
 
@@ -328,12 +360,19 @@ void start_file_read(struct sim *sim, const char *path)
     for (int t = 0; t < LAYOUT_TYPES && sim->problems.count == problems; t++) {
         char group[20];
         snprintf(group, sizeof group, "PartType%d", t);
-        if (h5_exists(reader.file, group)) read_group(&reader, t, &rows);
+        if (h5_exists(reader.file, group)) read_group(&reader, t);
+        else if (reader.count[t] > 0)
+            problems_add(&sim->problems, "%s: Header promises %.0f rows of PartType%d, and there is no such group", path,
+                         reader.count[t], t);
     }
+    for_species(sim, table) rows += table->n;
     if (h5_error(reader.file))
         problems_add(&sim->problems, "%s %s", path, h5_error(reader.file));
     else if (rows == 0 && sim->problems.count == problems)
         problems_add(&sim->problems, "%s holds no particles", path);
-    if (sim->problems.count == problems) check_rows(&reader);
+    if (sim->problems.count == problems) {
+        number_rows(&reader);
+        check_rows(&reader);
+    }
     h5_close(reader.file);
 }

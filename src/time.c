@@ -74,6 +74,8 @@ static void time_begin(struct sim *sim, void *state)
     const struct time_block *block = state;
     const int grid = 20;
     double steps = (block->end - sim->time.start) / sim->time.dt_max;
+    if (block->end < sim->time.start)
+        fail(STATUS_INPUT, "time.end = %g: the rows are of t = %g already", block->end, sim->time.start);
     if (!(steps >= 0 && steps < 4e6))
         fail(STATUS_INPUT, "time.end = %g: the run starts at %g and its longest step is %g: "
              "between 0 and 4e6 of them are possible", block->end, sim->time.start, sim->time.dt_max);

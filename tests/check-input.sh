@@ -59,6 +59,53 @@ expect_status 0 tephra run good.yml --out out --force
 expect_status 2 tephra run good.yml --out good.yml;     expect_text 'good.yml' err
 
 # A file cut short, and rows that cannot be.
-head -c 3000 out/snapshot_000.hdf5 >cut.hdf5
+cp out/snapshot_000.hdf5 whole.hdf5
+head -c 3000 whole.hdf5 >cut.hdf5
 edit 'start: .*' 'start: {file: cut.hdf5}';             refuses 'cut.hdf5'
+
+# damage NAME STATEMENTS: NAME.hdf5 is the run's first snapshot after python's statements on the file f.
+for python in python3 /usr/bin/python3; do "$python" -c 'import h5py' 2>/dev/null && break; python=; done
+damage() {
+    cp whole.hdf5 "$1.hdf5"
+    "$python" - "$1.hdf5" "$2" <<'P'
+import sys
+import h5py
+import numpy as np
+with h5py.File(sys.argv[1], "r+") as f:
+    rows = f["PartType1"]
+    exec(sys.argv[2])
+P
+    sed "s|start: .*|start: {file: $1.hdf5}|" good.yml >bad.yml
+}
+if [ "$python" ]; then
+    damage nan 'rows["Velocities"][7, 1] = np.nan';           refuses 'dark particle 8 has Velocities = nan'
+    damage negative 'rows["Masses"][3] = -1';                 refuses 'dark particle 4 has Masses = -1'
+    damage far 'rows["Coordinates"][5, 0] = 1e200';           refuses 'particle 6 has Coordinates = 1e+200' 'larger'
+    damage twice 'rows["ParticleIDs"][9] = 1';                refuses 'the id 1 is used twice'
+    damage weightless 'rows["Masses"][:] = 0';                refuses 'all masses are 0'
+    damage headless 'del f["Header"]';                         refuses 'headless.hdf5 has no group Header'
+    damage less 'f["Header"].attrs["NumPart_ThisFile"] = [9, 200, 0, 0, 0, 0]'; refuses '9 rows of PartType0' 'no such group'
+    damage fewer 'f["Header"].attrs["NumPart_ThisFile"] = [0, 300, 0, 0, 0, 0]'; refuses '300 rows of PartType1'
+    damage solid 'del rows["Coordinates"]; rows["Coordinates"] = np.zeros((5, 4, 3))'; refuses 'not a table of rows'
+    damage cosmic 'f.create_group("Cosmology").attrs["Cosmological run"] = 1'; refuses 'cosmological'
+    damage shifted 'f["Header"].attrs["Redshift"] = 2.0';      refuses 'cosmological'
+    damage late 'f["Header"].attrs["Time"] = 5.0';             refuses 'of t = 5 already'
+    damage timeless 'f["Header"].attrs["Time"] = np.nan';      refuses 'its Time is nan'
+    damage unitless 'f["Units"].attrs["UnitLength_in_cm"] = 0.0'; refuses 'unit of length is 0'
+    damage nameless 'del rows["ParticleIDs"]'
+    expect_status 0 tephra run bad.yml --out nameless;         expect_text 'numbered' err
+    # A checkpoint that is damaged names the one before it.
+    cp good.yml two.yml
+    expect_status 0 tephra run two.yml --out two --set time.end=0.02
+    head -c 3000 two/checkpoint.hdf5 >cut && cp cut two/checkpoint.hdf5
+    expect_status 2 tephra run --restart two;                  expect_text 'checkpoint.previous.hdf5' err
+fi
+
+# A folder where nothing can be made, and a full disk.
+expect_status 2 tephra run good.yml --out /proc/out;           expect_text '/proc/out' err
+
+# Gas that nothing presses, and gas physics without gas: a warning each.
+expect_status 0 tephra check good.yml --set start.generator=evrard; expect_text 'they move as dust' err
+expect_status 0 tephra check good.yml --set sph={};            expect_text 'there is no gas' err
+expect_status 0 tephra check good.yml --set gravity.softening=0; expect_text 'gravity.softening of dark is 0' err
 finish

@@ -24,6 +24,16 @@ ls one | grep -q tmp && fail "temporary files are left"
 expect_status 0 tephra run one/used.yml --out again
 same one/snapshot_004.hdf5 again/snapshot_004.hdf5
 
+# So it does, and a restart, for a run from a file.
+{ printf 'title: from a file\nstart: {file: %s/one/snapshot_001.hdf5}\n' "$PWD"
+  printf 'time: {end: 0.2}\noutput: {snapshot_every: 0.05}\nunits: {G: 1}\ngravity: {softening: 0.01}\nsph: {}\n'; } >file.yml
+expect_status 0 tephra run file.yml --out file
+expect_status 0 tephra run file/used.yml --out file-again
+same file/snapshot_002.hdf5 file-again/snapshot_002.hdf5
+expect_status 0 tephra run file.yml --set time.end=0.15 --out file-half
+expect_status 0 tephra run --restart file-half --set time.end=0.2
+same file/snapshot_002.hdf5 file-half/snapshot_002.hdf5
+
 # To half time, then on.
 expect_status 0 tephra run "$scene" $small --set time.end=0.2 --out half
 expect_status 0 tephra run --restart half --set time.end=0.4
@@ -59,6 +69,12 @@ expect_status 3 tephra run "$scene" $small --set output.energy_limit=1e-12 --out
 [ "$(grep -c 'energy_limit' err)" -eq 1 ] || fail "the reason is told $(grep -c 'energy_limit' err) times"
 expect_text 'energy_limit' failed/log.txt
 ls failed/snapshot_*.hdf5 >/dev/null || fail "no last snapshot"
+
+# A force beyond what a float holds: the particle is named, and the last state is kept.
+expect_status 3 tephra run "$TEPHRA_SOURCE/ics/plummer.yml" --set start.n=300 --set start.mass=1e30 --set start.radius=1e-6 \
+    --set gravity.softening=1e-9 --out infinite
+expect_text 'dark particle [0-9]* at t = 0: .* is not finite' err
+ls infinite/snapshot_*.hdf5 >/dev/null || fail "no last snapshot after an infinite force"
 
 # Stopped in the midst of it, then on: the same physics, not the same bits.
 tephra run "$scene" $small --out stopped >/dev/null 2>&1 &
