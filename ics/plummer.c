@@ -7,7 +7,7 @@
 #include "rows.h"
 #include <math.h>
 
-struct plummer { double mass, radius, cut; int species; };
+struct plummer { double mass, radius, cut, virial; int species; };
 
 static const struct param params[] = {
     {"mass", PARAM_REAL, "mass", "1", 1e-30, 1e30, NULL, "mass of the model out to infinity", false,
@@ -17,6 +17,9 @@ static const struct param params[] = {
      offsetof(struct plummer, radius)},
     {"cut", PARAM_REAL, "length", "none", 1e-30, 1e30, NULL,
      "no row lies farther out; the rows then hold the model's mass within", false, offsetof(struct plummer, cut)},
+    {"virial", PARAM_REAL, "", "1", 0, 2, NULL,
+     "virial ratio 2T/|W|: 1 in equilibrium, 0 at rest, in between all velocities lessened alike", false,
+     offsetof(struct plummer, virial)},
     {"species", PARAM_CHOICE, "", "dark", 0, 0, "dark|star", "what the rows are", false,
      offsetof(struct plummer, species)},
     {0}
@@ -45,7 +48,7 @@ static void plummer_make(struct sim *sim, const void *state, int64_t n)
         const struct random key = {sim->seed, table->id[i], 0, stream};
         double inside = part * random_uniform(&key, 0);     /* the part of the mass within r */
         double r = r0 / sqrt(expm1(-2.0 / 3.0 * log(inside)));
-        double v = escape_fraction(&key) * sqrt(2.0 * GM / sqrt(r * r + r0 * r0));
+        double v = escape_fraction(&key) * sqrt(2.0 * plummer->virial * GM / sqrt(r * r + r0 * r0));
         random_direction(&key, 1, table->pos[i]);
         random_direction(&key, 2, table->vel[i]);
         for (int k = 0; k < 3; k++) {
@@ -57,6 +60,6 @@ static void plummer_make(struct sim *sim, const void *state, int64_t n)
 }
 
 const struct generator plummer_generator = {
-    .name = "plummer", .doc = "Plummer's sphere of dark matter or stars in equilibrium",
+    .name = "plummer", .doc = "Plummer's sphere of dark matter or stars, in equilibrium or colder",
     .params = params, .state_bytes = sizeof(struct plummer), .make = plummer_make,
 };

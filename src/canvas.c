@@ -119,9 +119,28 @@ uint32_t canvas_colour(enum canvas_map map, double value)
     return colour;
 }
 
-/* --- text --- */
+/* --- lines --- */
 
 struct stroke { double from[2], to[2]; };
+
+static double distance(const struct stroke *s, double x, double y)
+{
+    double dx = s->to[0] - s->from[0], dy = s->to[1] - s->from[1], length2 = dx * dx + dy * dy;
+    double along = length2 > 0 ? ((x - s->from[0]) * dx + (y - s->from[1]) * dy) / length2 : 0;
+    along = fmin(fmax(along, 0), 1);
+    return hypot(x - s->from[0] - along * dx, y - s->from[1] - along * dy);
+}
+
+void canvas_line(struct canvas *canvas, const double from[2], const double to[2], double width, uint32_t colour)
+{
+    const struct stroke stroke = {{from[0], from[1]}, {to[0], to[1]}};
+    const double margin = 0.5 * width + 1;
+    for (int y = (int)(fmin(from[1], to[1]) - margin); y <= (int)(fmax(from[1], to[1]) + margin) + 1; y++)
+        for (int x = (int)(fmin(from[0], to[0]) - margin); x <= (int)(fmax(from[0], to[0]) + margin) + 1; x++)
+            canvas_mix(canvas, x, y, colour, 0.5 * width - distance(&stroke, x, y) + 0.5);
+}
+
+/* --- text --- */
 
 static bool dot(const char *letter, int row, int column)
 {
@@ -145,14 +164,6 @@ static int letter_strokes(const char *letter, struct stroke stroke[5 * ROWS * CO
             }
         }
     return count;
-}
-
-static double distance(const struct stroke *s, double x, double y)
-{
-    double dx = s->to[0] - s->from[0], dy = s->to[1] - s->from[1], length2 = dx * dx + dy * dy;
-    double along = length2 > 0 ? ((x - s->from[0]) * dx + (y - s->from[1]) * dy) / length2 : 0;
-    along = fmin(fmax(along, 0), 1);
-    return hypot(x - s->from[0] - along * dx, y - s->from[1] - along * dy);
 }
 
 static const char *letter_dots(char character)

@@ -16,6 +16,8 @@ void canvas_write(const struct canvas *canvas, const char *path);
 /* Colours are 0xrrggbb. Mixes one into a pixel; outside of the image nothing happens. */
 void canvas_mix(struct canvas *canvas, int x, int y, uint32_t colour, double share);
 void canvas_fill(struct canvas *canvas, int x, int y, int width, int height, uint32_t colour);
+/* Antialiased, with round ends; of no length: a dot. In pixels. */
+void canvas_line(struct canvas *canvas, const double from[2], const double to[2], double width, uint32_t colour);
 /* x is the left end, the middle or the right end of the base line; size is the height of capitals
  * in pixels. "^" raises what follows up to the next blank, comma or bracket: "Msun pc^-2". */
 void canvas_text(struct canvas *canvas, const double at[2], double size, enum canvas_align align,

@@ -89,7 +89,7 @@ void cmd_parse(struct cmd_options *options, int argc, char **argv, const char *a
         take(options, option, optarg);
     }
     for (; optind < argc; optind++) {
-        if (options->n_arguments == 8) fail(STATUS_INPUT, "too many arguments; usage: tephra %s", usage);
+        if (options->n_arguments == CMD_ARGUMENTS) fail(STATUS_INPUT, "too many arguments; usage: tephra %s", usage);
         options->argument[options->n_arguments++] = argv[optind];
     }
 }

@@ -4,8 +4,10 @@
 #define TEPHRA_CMD_H
 #include "sim.h"
 
+enum { CMD_ARGUMENTS = 32 };
+
 struct cmd_options {
-    const char *argument[8]; int n_arguments;   /* what is not an option */
+    const char *argument[CMD_ARGUMENTS]; int n_arguments;   /* what is not an option */
     const char *set[64]; int n_set;             /* --set block.key=value, in order */
     const char *out, *restart, *device;
     bool force;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * The one list: what the program consists of. Nothing else in src/ names a physics. The order of the
  * modules is their order within a hook. */
+#include "chart.h"
 #include "module.h"
 
 #define MODULES(X) \
@@ -8,10 +9,12 @@
     X(gravity) X(sph) X(cooling) X(star_formation) X(feedback) \
     X(ranks) X(steps)
 
-#define GENERATORS(X) X(evrard) X(medium) X(noh) X(plummer) X(sedov) X(ssp) X(tube) X(uniform) X(wave)
+#define GENERATORS(X) X(evrard) X(kepler) X(medium) X(noh) X(plummer) X(sedov) X(ssp) X(tube) X(uniform) X(wave)
 
 #define COMMANDS(X) \
-    X(run) X(check) X(ics) X(force_test) X(info) X(compare) X(params)
+    X(run) X(check) X(ics) X(force_test) X(info) X(compare) X(params) X(chart)
+
+#define CHARTS(X) X(step) X(time)
 
 #define DECLARE(name) extern const struct module name##_module;
 MODULES(DECLARE)
@@ -22,6 +25,9 @@ GENERATORS(DECLARE)
 #define DECLARE(name) extern const struct command name##_command;
 COMMANDS(DECLARE)
 #undef DECLARE
+#define DECLARE(name) extern const struct chart name##_chart;
+CHARTS(DECLARE)
+#undef DECLARE
 
 #define ENTRY(name) &name##_module,
 const struct module *const module_list[] = {MODULES(ENTRY) NULL};
@@ -31,4 +37,7 @@ const struct generator *const generator_list[] = {GENERATORS(ENTRY) NULL};
 #undef ENTRY
 #define ENTRY(name) &name##_command,
 const struct command *const command_list[] = {COMMANDS(ENTRY) NULL};
+#undef ENTRY
+#define ENTRY(name) &name##_chart,
+const struct chart *const chart_list[] = {CHARTS(ENTRY) NULL};
 #undef ENTRY

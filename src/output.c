@@ -136,23 +136,20 @@ static void progress(const struct sim *sim)
                  part > sim->part_start ? wall * (1 - part) / (part - sim->part_start) : 0.0);
 }
 
-static void output_record(struct sim *sim, void *state)
+static void record_energies(struct sim *sim, struct output *output)
 {
-    struct output *output = state;
     char path[4096];
-    if (!timeline_synchronous(&sim->time)) {
-        progress(sim);
-        return;
-    }
-    if (output_records(sim)) {
-        refresh_potential(sim);
-        energy_measure(sim, &output->energy);
-        energy_write(sim, &output->energy, in_folder(sim, path, sizeof path, "energy.csv", 0));
-        if (due(sim, sim->time.snapshot) || profile_wall() - output->logged > LOG_EVERY) log_state(sim, output);
-        else progress(sim);
-        check_energy(sim, output);
-        if (sim->failure.set) return;
-    }
+    refresh_potential(sim);
+    energy_measure(sim, &output->energy);
+    if (sim->folder) energy_write(sim, &output->energy, in_folder(sim, path, sizeof path, "energy.csv", 0));
+    if (due(sim, sim->time.snapshot) || profile_wall() - output->logged > LOG_EVERY) log_state(sim, output);
+    else progress(sim);
+    check_energy(sim, output);
+}
+
+static void write_files(struct sim *sim, struct output *output)
+{
+    char path[4096];
     if (due(sim, sim->time.snapshot) || output->snapshot_asked) output_snapshot(sim);
     output->snapshot_asked = false;
     if (sim->time.picture > 0 ? due(sim, sim->time.picture) : sim->time.tick == sim->time.tick_end)
@@ -164,6 +161,17 @@ static void output_record(struct sim *sim, void *state)
     }
     if (due(sim, sim->time.snapshot))
         profile_write(sim, in_folder(sim, path, sizeof path, "profile.csv", 0));
+}
+
+static void output_record(struct sim *sim, void *state)
+{
+    struct output *output = state;
+    if (!timeline_synchronous(&sim->time)) {
+        progress(sim);
+        return;
+    }
+    if (output_records(sim)) record_energies(sim, output);
+    if (sim->folder && !sim->failure.set) write_files(sim, output);
 }
 
 const struct module output_module = {

@@ -116,6 +116,26 @@ static char *check_range(const struct param *param, double value, const struct u
     return why;
 }
 
+/* "1e-2, 3e-3": at least one number. */
+static char *parse_list(const struct param *param, const char *text, const struct units *units, struct param_list *list)
+{
+    struct param_list found = {0};
+    char *buffer = text_of(text), *why = NULL;
+    for (char *next = buffer, *word; !why && (word = strsep(&next, ","));) {
+        word += strspn(word, " ");
+        if (found.n == PARAM_LIST_MAX) {
+            why = mem_format("parameters", "has more than %d numbers", PARAM_LIST_MAX);
+            break;
+        }
+        why = units_parse(units, word, param->unit, &found.value[found.n]);
+        if (!why) why = check_range(param, found.value[found.n], units);
+        found.n++;
+    }
+    mem_free(buffer);
+    if (!why) *list = found;
+    return why;
+}
+
 /* Fills the field from a text, or says why not and leaves it alone. */
 static char *parse_value(const struct context *context, const struct param *param, const char *text, void *field)
 {
@@ -138,6 +158,8 @@ static char *parse_value(const struct context *context, const struct param *para
         return parse_flag(text, field);
     case PARAM_CHOICE:
         return parse_choice(param, text, field);
+    case PARAM_LIST:
+        return parse_list(param, text, context->units, field);
     case PARAM_TEXT:
         *(char **)field = none ? NULL : text_of(text);
         return NULL;
@@ -260,7 +282,7 @@ static void write_value(FILE *stream, const struct param *param, const void *fie
 {
     const char *text = NULL, *words[MAX_CHOICES];
     char *buffer;
-    int count;
+    int count = 0;
     switch (param->type) {
     case PARAM_REAL:
         if (isnan(*(const double *)field)) fputs("none", stream);
@@ -277,6 +299,12 @@ static void write_value(FILE *stream, const struct param *param, const void *fie
         buffer = split_choices(param->choices, words, &count);
         fputs(words[*(const int *)field], stream);
         mem_free(buffer);
+        return;
+    case PARAM_LIST:
+        for (const struct param_list *list = field; count < list->n; count++) {
+            if (count > 0) fputs(", ", stream);
+            write_real(stream, list->value[count]);
+        }
         return;
     case PARAM_TEXT:
     case PARAM_PATH:
@@ -320,7 +348,7 @@ static char *expectation(const struct param *param)
 {
     static const char *const kinds[] = {
         [PARAM_REAL] = "number", [PARAM_COUNT] = "whole number", [PARAM_FLAG] = "on|off",
-        [PARAM_CHOICE] = NULL, [PARAM_TEXT] = "text", [PARAM_PATH] = "path",
+        [PARAM_CHOICE] = NULL, [PARAM_LIST] = "numbers", [PARAM_TEXT] = "text", [PARAM_PATH] = "path",
     };
     const char *kind = param->type == PARAM_CHOICE ? param->choices
                      : param->type == PARAM_REAL && *param->unit ? param->unit : kinds[param->type];

@@ -13,15 +13,19 @@ enum param_type {
     PARAM_COUNT,    /* int64_t */
     PARAM_FLAG,     /* bool: on/off, yes/no, true/false */
     PARAM_CHOICE,   /* int: index into choices */
+    PARAM_LIST,     /* struct param_list: numbers with commas between */
     PARAM_TEXT,     /* char * */
     PARAM_PATH      /* char *, relative to the scene file (typed after --set: to the working
                        directory); absolute once read */
 };
 
+enum { PARAM_LIST_MAX = 24 };
+struct param_list { int n; double value[PARAM_LIST_MAX]; };
+
 struct param {
     const char *name;
     enum param_type type;
-    const char *unit;       /* PARAM_REAL: dimension by name (units.h) such as "length", "time",
+    const char *unit;       /* PARAM_REAL, _LIST: dimension by name (units.h) such as "length", "time",
                                "temperature", "velocity", "mass", "density"; "" = pure number */
     const char *fallback;   /* default as a scene would write it; NULL = must be given;
                                "none" = absent (REAL: NAN, COUNT: -1, TEXT: NULL) */

@@ -46,6 +46,8 @@ void profile_stop(struct profile *profile, int call, int64_t rows)
     entry->rows += rows;
 }
 
+double profile_spent(const struct profile *profile, int call) { return profile->entry[call].cpu; }
+
 void profile_write(const struct sim *sim, const char *path)
 {
     if (comm_rank() != 0) return;

@@ -12,6 +12,8 @@ struct profile *profile_new(int calls);
 void profile_free(struct profile *profile);
 void profile_start(struct profile *profile);
 void profile_stop(struct profile *profile, int call, int64_t rows);
+/* CPU seconds that an entry of the step took so far. */
+double profile_spent(const struct profile *profile, int call);
 /* profile.csv: hook,module,wall_s,cpu_s,calls,rows. */
 void profile_write(const struct sim *sim, const char *path);
 /* Seconds by the clock (only differences mean something), and user and system time of all threads. */

@@ -31,6 +31,13 @@ static void advance(struct sim *sim)
     sim->last_dt = timeline_seconds(time, time->tick - before);
 }
 
+/* The forces once more, at the corrected state of the active rows. */
+static void evaluate_again(struct sim *sim)
+{
+    ranks_share_rows(sim);
+    for (int h = HOOK_ARRANGE; h <= HOOK_FORCE && !ranks_failed(sim); h++) sim_run_hook(sim, h);
+}
+
 bool run_step(struct sim *sim, int last)
 {
     bool first = !sim->started;
@@ -39,10 +46,11 @@ bool run_step(struct sim *sim, int last)
     sim->started = true;
     sim->steps += !first;
     sim->updates += first ? 0 : active;
-    sim->want_potential = sim->folder && output_records(sim);
+    sim->want_potential = last == HOOK_RECORD && output_records(sim);
     sim->fresh_potential = false;
     for (int h = 0; h <= last; h++) {
         sim_run_hook(sim, h);
+        if (h == HOOK_CORRECT && sim->time.evaluations > 1 && !first) evaluate_again(sim);
         if (ranks_failed(sim)) return false;
     }
     return true;
@@ -52,6 +60,7 @@ bool run_step(struct sim *sim, int last)
 static bool stop_file(const struct sim *sim)
 {
     char path[4096];
+    if (!sim->folder) return false;
     snprintf(path, sizeof path, "%s/stop", sim->folder);
     return comm_rank() == 0 && unlink(path) == 0;
 }
@@ -81,9 +90,11 @@ static int failed(struct sim *sim)
     bool environment = sim->failure.status == STATUS_ENVIRONMENT;
     if (comm_rank() == 0) log_error("%s%s", sim->failure.text, environment ? fail_advice() : "");
     if (environment) return STATUS_ENVIRONMENT;
-    log_line("the numbers failed; the last state is in snapshot_%03lld.hdf5",
-             (long long)((struct output *)sim_state(sim, "output"))->snapshots);
-    output_snapshot(sim);
+    if (sim->folder) {
+        log_line("the numbers failed; the last state is in snapshot_%03lld.hdf5",
+                 (long long)((struct output *)sim_state(sim, "output"))->snapshots);
+        output_snapshot(sim);
+    }
     return STATUS_NUMBERS;
 }
 

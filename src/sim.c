@@ -262,6 +262,7 @@ void sim_free(struct sim *sim)
     if (!sim) return;
     for (int u = 0; u < sim->n_use; u++) {
         if (sim->n_call > 0 && sim->use[u].module->end) sim->use[u].module->end(sim, sim->use[u].state);
+        param_free((struct param_target[]){{sim->use[u].module->params, sim->use[u].state}, {NULL, NULL}});
         mem_free(sim->use[u].state);
     }
     device_close(sim->device);

@@ -76,6 +76,9 @@ void start_load(struct sim *sim)
 void start_free(struct start *start)
 {
     if (!start) return;
+    struct param_target targets[3];
+    start_targets(start, targets);
+    param_free(targets);
     mem_free(start->maker_state);
     mem_free(start);
 }

@@ -11,6 +11,7 @@ struct time_block {
     double end, dt_max;
     char *integrator;
     int criterion, steps;
+    int64_t evaluations;
 };
 
 enum { SIGNAL, CLASSIC };
@@ -22,6 +23,9 @@ static const struct param params[] = {
     {"integrator", PARAM_TEXT, "", "leapfrog", 0, 0, NULL,
      "leapfrog (kick-drift-kick) or pec (predictor-corrector)", false,
      offsetof(struct time_block, integrator)},
+    {"evaluations", PARAM_COUNT, "", "1", 1, 2, NULL,
+     "pec: forces a step; the second, at the corrected state, serves as the next start value", false,
+     offsetof(struct time_block, evaluations)},
     {"criterion", PARAM_CHOICE, "", "signal", 0, 0, "signal|classic",
      "time-step criterion: signal velocity, or 0.1 min(sqrt(2h/|a|), h/|v|, h/c, u/|du|)", false,
      offsetof(struct time_block, criterion)},
@@ -63,6 +67,9 @@ static void time_declare(struct sim *sim, void *state)
         int64_t steps = llround(output->picture_every / time->dt_max);
         time->picture = (steps > 0 ? steps : 1) << RUNG_TOP;
     }
+    time->evaluations = (int)block->evaluations;
+    if (block->evaluations > 1 && strcmp(block->integrator, "pec") != 0)
+        problems_add(&sim->problems, "time.evaluations: has a meaning only with time.integrator: pec");
     time->common = block->steps == COMMON;
     time->classic = block->criterion == CLASSIC;
     for (int s = 0; s < N_SPECIES; s++) species_need(&sim->species[s], COLUMN_dt);

@@ -19,6 +19,7 @@ struct timeline {
     int64_t tick;           /* now: the state that this step makes */
     int64_t tick_end;       /* the run ends here */
     int64_t snapshot, energy, checkpoint, picture; /* cadences in ticks; 0 = never */
+    int evaluations;        /* forces a step: 1, or 2 to know them at the corrected state */
     bool common;            /* one step for all rows */
     bool classic;           /* time.criterion: classic */
 };

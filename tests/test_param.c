@@ -22,6 +22,7 @@ struct values {
     bool flag;
     int solver;
     char *name, *file;
+    struct param_list list;
 };
 
 static const struct param table[] = {
@@ -42,6 +43,7 @@ static const struct param second_table[] = {
      offsetof(struct values, solver)},
     {"name", PARAM_TEXT, "", "", 0, 0, NULL, "Name.", false, offsetof(struct values, name)},
     {"file", PARAM_PATH, "", "none", 0, 0, NULL, ".Path.", false, offsetof(struct values, file)},
+    {"list", PARAM_LIST, "length", "1, 2.5", 0, 100, NULL, "Numbers.", false, offsetof(struct values, list)},
     {0}
 };
 
@@ -74,12 +76,15 @@ static void test_good(void **state)
     read_block("softening: 0.1", &plain, &v, &none);
     assert_true(v.softening == 0.1 && v.accuracy == 1e-3 && v.temperature == 1e4 && isnan(v.limit));
     assert_true(v.n == 1000 && v.seed == -1 && !v.flag && v.solver == 0 && !v.file);
+    assert_true(v.list.n == 2 && v.list.value[0] == 1 && v.list.value[1] == 2.5);
     assert_string_equal(v.name, "");
     free_values(&v);
     read_block("softening: 3 kpc, limit: 1e51 erg, n: 1e5, seed: 9223372036854775807, flag: yes, solver: tree, "
-               "name: 'a \"b\"', file: x/y.hdf5, temperature: 20K", &physical, &v, &none);
+               "name: 'a \"b\"', file: x/y.hdf5, temperature: 20K, "
+               "list: '1 kpc, 20 pc'", &physical, &v, &none);
     assert_true(v.softening == 3.0 && v.temperature == 20.0 && fabs(v.limit * 1.98841e53 / 1e51 - 1.0) < 1e-12);
     assert_true(v.n == 100000 && v.seed == INT64_MAX && v.flag && v.solver == 2);
+    assert_true(v.list.n == 2 && v.list.value[0] == 1 && fabs(v.list.value[1] / 0.02 - 1) < 1e-12);
     assert_string_equal(v.name, "a \"b\"");
     char *here = getcwd(NULL, 0), *path = mem_format("test", "%s/x/y.hdf5", here);
     assert_string_equal(v.file, path);      /* typed on the command line, not in a file */
@@ -121,6 +126,10 @@ static void test_messages(void **state)
         {"softening: 1, flag: maybe", false, "gravity.flag = maybe: expects on or off"},
         {"softening: 1, solver: tre", false, "must be one of auto|direct|tree (did you mean \"tree\"?)"},
         {"softening: 1, solver: ewald", false, "must be one of auto|direct|tree\n"},
+        {"softening: 1, list: '1,,2'", false, "gravity.list = 1,,2: has no value"},
+        {"softening: 1, list: '1,101'", false, "gravity.list = 1,101: must lie in 0 ... 100"},
+        {"softening: 1, list: '1,2 K'", true, "expects a length, not a temperature"},
+        {"softening: 1, list: '1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1'", false, "has more than 24 numbers"},
         {"accuracy: 1e-2", false, "command line: gravity.softening: must be given (Softening length.)"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
@@ -233,6 +242,8 @@ static void round_trip(const struct values *first)
     assert_true(first->limit == second.limit || (isnan(first->limit) && isnan(second.limit)));
     assert_true(first->n == second.n && first->seed == second.seed);
     assert_true(first->flag == second.flag && first->solver == second.solver);
+    assert_int_equal(first->list.n, second.list.n);
+    for (int k = 0; k < first->list.n; k++) assert_true(first->list.value[k] == second.list.value[k]);
     if (first->name) assert_string_equal(first->name, second.name);
     if (first->file) assert_string_equal(first->file, second.file);
     else assert_null(second.file);
@@ -243,10 +254,11 @@ static void test_round_trip(void **state)
 {
     (void)state;
     const struct values table_of_values[] = {
-        {0.1, 1e-3, 1e4, NAN, 30000, -1, false, 0, (char[]){""}, NULL},
+        {0.1, 1e-3, 1e4, NAN, 30000, -1, false, 0, (char[]){""}, NULL, {1, {1.0 / 3}}},
         {1.0 / 3, nextafter(0.1, 1), 123456.789012345678, -DBL_MAX, 1, INT64_MAX, true, 2,
-          (char[]){ "quotes \" ' and \\ and : # {x}\n\ttab \xce\xb1" }, (char[]){ "/a b/\"c\".hdf5" } },
-        { 5e-324, 0.3, 0.0, DBL_MIN, 2000000000, INT64_MIN, true, 1, (char[]){ "no" }, (char[]){ "/x" } },
+          (char[]){ "quotes \" ' and \\ and : # {x}\n\ttab \xce\xb1" }, (char[]){ "/a b/\"c\".hdf5" },
+          {3, {5e-324, 0.1, 100}} },
+        { 5e-324, 0.3, 0.0, DBL_MIN, 2000000000, INT64_MIN, true, 1, (char[]){ "no" }, (char[]){ "/x" }, {2, {0, 1}} },
     };
     for (size_t i = 0; i < sizeof table_of_values / sizeof *table_of_values; i++) round_trip(&table_of_values[i]);
 }

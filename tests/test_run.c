@@ -154,6 +154,21 @@ static void test_pec_blocks(void **unused)
     sim_free(sim);
 }
 
+/* Twice the forces, half of what pec loses (test_integrate.c has the exact figures). */
+static void test_pec_twice(void **unused)
+{
+    (void)unused;
+    const char *const set[] = {"time.end=62.83185307179586", "output.snapshot_every=0.06283185307179587",
+                               "output.energy_every=0.06283185307179587", "time.integrator=pec", "time.evaluations=2", NULL};
+    const double known[3] = {-8.89e-2, -9.36e-3, -1.164e-3};
+    double largest[ROWS], last[ROWS];
+    struct sim *sim = new_sim(set);
+    run(sim, largest, last);
+    for (int k = 0; k < 3; k++) assert_true(fabs(last[k] / known[k] - 1) < 0.012);
+    assert_int_equal(sim->steps, 8000);
+    sim_free(sim);
+}
+
 /* Longest steps are 4 times longer than what rows take, and the end is no multiple of anything. */
 static void test_cut_end(void **unused)
 {
@@ -198,8 +213,8 @@ static void test_woken(void **unused)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_leapfrog_blocks), cmocka_unit_test(test_pec_blocks), cmocka_unit_test(test_cut_end),
-        cmocka_unit_test(test_common_steps), cmocka_unit_test(test_woken),
+        cmocka_unit_test(test_leapfrog_blocks), cmocka_unit_test(test_pec_blocks), cmocka_unit_test(test_pec_twice),
+        cmocka_unit_test(test_cut_end), cmocka_unit_test(test_common_steps), cmocka_unit_test(test_woken),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,0 +1,36 @@
+#!/bin/sh
+# SPDX-License-Identifier: GPL-3.0-or-later
+# tephra chart: small charts with their CSV and pictures; what the command refuses; integrators compared
+# through the very driver of a run.
+. "$TEPHRA_SOURCE/tests/lib.sh"
+
+expect_status 0 tephra chart
+expect_text '  time ' out_text
+expect_status 0 tephra params chart.time
+expect_text 'chart.time_step' out_text
+expect_text 'chart.repeats' out_text
+expect_status 2 tephra chart tme;             expect_text 'did you mean "time"' err
+expect_status 2 tephra chart step m=3;        expect_text 'chart.m: unknown key (did you mean "n"?)' err
+expect_status 2 tephra chart step n=1e3,10x;  expect_text 'chart.n = 1e3,10x: unknown unit "x"' err
+expect_status 2 tephra chart step n=2;        expect_text 'chart.n = 2: must lie in 16' err
+expect_status 2 tephra chart step a.png;      expect_text 'the picture lies beside it' err
+expect_status 2 tephra chart step no/a.csv;   expect_text 'no/a.csv.tmp: cannot be written' err
+[ -z "$(ls | grep -v -e out_text -e err)" ] || fail "a mistake leaves files: $(ls)"
+
+expect_status 0 tephra chart step n=500,4000 repeats=2
+[ "$(head -c 4 step.png | tail -c 3)" = PNG ] || fail "step.png is no picture"
+expect_text '^# program: tephra ' step.csv
+expect_text '^#   n: 500, 4000$' step.csv
+expect_text '^n,part,cpu \[s\],cpu_per_row \[microseconds\],source$' step.csv
+awk -F, '$2 == "sum" { sum = $3 } $2 != "sum" && $1 == 4000 { parts += $3 }
+         END { exit !(sum > 0 && (parts / sum - 1) ^ 2 < 1e-5) }' step.csv || fail "the parts of a step are not its sum"
+[ ! -e step.csv.tmp ] || fail "step.csv.tmp is left"
+expect_status 2 tephra chart step n=500;      expect_text 'step.csv: exists already (--force' err
+expect_status 0 tephra chart step n=500 --force
+
+# Ten orbits, e = 0.5, some 770 steps: leapfrog keeps the energy better than pec by far.
+expect_status 0 tephra chart time orbit.csv repeats=1 n_collapse=0 n_evrard=0 eccentricity=0.5 time_step=0.1,0.2
+awk -F, '$4 == 2 { error[$2] = $6; forces[$2] = $5 }
+         END { twice = forces["pec twice"] > 1.5 * forces["pec"]
+               exit !(twice && error["leapfrog"] < 5e-3 && error["pec"] > 0.1 && error["pec twice"] > 0.06) }' orbit.csv || fail "unexpected: $(cat orbit.csv)"
+finish
