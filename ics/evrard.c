@@ -11,8 +11,8 @@
 struct evrard { double mass, radius, u; };
 
 static const struct param params[] = {
-    {"mass", PARAM_REAL, "mass", "1", 1e-30, 1e30, NULL, "mass of the sphere", false, offsetof(struct evrard, mass)},
-    {"radius", PARAM_REAL, "length", "1", 1e-30, 1e30, NULL, "radius of the sphere", false,
+    {"mass", PARAM_REAL, "mass", "1", 1e-300, 1e300, NULL, "mass of the sphere", false, offsetof(struct evrard, mass)},
+    {"radius", PARAM_REAL, "length", "1", 1e-300, 1e300, NULL, "radius of the sphere", false,
      offsetof(struct evrard, radius)},
     {"u", PARAM_REAL, "specific_energy", "none", 0, 1e30, NULL,
      "specific internal energy; default: 0.05 G mass / radius", false, offsetof(struct evrard, u)},

@@ -10,12 +10,12 @@
 struct plummer { double mass, radius, cut, virial; int species; };
 
 static const struct param params[] = {
-    {"mass", PARAM_REAL, "mass", "1", 1e-30, 1e30, NULL, "mass of the model out to infinity", false,
+    {"mass", PARAM_REAL, "mass", "1", 1e-300, 1e300, NULL, "mass of the model out to infinity", false,
      offsetof(struct plummer, mass)},
-    {"radius", PARAM_REAL, "length", "0.5890486225480862", 1e-30, 1e30, NULL,
+    {"radius", PARAM_REAL, "length", "0.5890486225480862", 1e-300, 1e300, NULL,
      "Plummer's radius r0; the default, 3 pi/16, makes the energy -1/4 for G = mass = 1", false,
      offsetof(struct plummer, radius)},
-    {"cut", PARAM_REAL, "length", "none", 1e-30, 1e30, NULL,
+    {"cut", PARAM_REAL, "length", "none", 1e-300, 1e300, NULL,
      "no row lies farther out; the rows then hold the model's mass within", false, offsetof(struct plummer, cut)},
     {"virial", PARAM_REAL, "", "1", 0, 2, NULL,
      "virial ratio 2T/|W|: 1 in equilibrium, 0 at rest, in between all velocities lessened alike", false,

@@ -9,8 +9,8 @@
 struct uniform { double mass, radius, virial, u; int species; };
 
 static const struct param params[] = {
-    {"mass", PARAM_REAL, "mass", "1", 1e-30, 1e30, NULL, "mass of the sphere", false, offsetof(struct uniform, mass)},
-    {"radius", PARAM_REAL, "length", "1", 1e-30, 1e30, NULL, "radius of the sphere", false,
+    {"mass", PARAM_REAL, "mass", "1", 1e-300, 1e300, NULL, "mass of the sphere", false, offsetof(struct uniform, mass)},
+    {"radius", PARAM_REAL, "length", "1", 1e-300, 1e300, NULL, "radius of the sphere", false,
      offsetof(struct uniform, radius)},
     {"virial", PARAM_REAL, "", "0", 0, 1e6, NULL,
      "kinetic energy of random motion over potential energy: 0 is at rest, 0.5 in equilibrium", false,

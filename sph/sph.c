@@ -65,6 +65,39 @@ static void declare(struct sim *sim, void *state)
     sph->loops = loops[isa_now()];
 }
 
+/* A pair's terms go from h^-4 to m h^-5 and u/rho, in floats of the scene's units: these must leave room
+ * for a collapse by a thousand in h on either side. */
+static void check_units(struct sim *sim, const struct sph *sph)
+{
+    static const double room = 1e25;
+    const struct species *gas = &sim->species[GAS];
+    if (gas->n == 0) return;
+    double low[3], high[3], mass = 0, u = sph->sound_speed * sph->sound_speed, volume = 1;
+    for (int64_t i = 0; i < gas->n; i++) {
+        mass += gas->mass[i] / (double)gas->n;
+        if (gas->u) u = i == 0 ? (double)gas->u[0] : fmax(u, (double)gas->u[i]);
+        for (int k = 0; k < 3; k++) {
+            low[k] = i == 0 ? gas->pos[i][k] : fmin(low[k], gas->pos[i][k]);
+            high[k] = i == 0 ? gas->pos[i][k] : fmax(high[k], gas->pos[i][k]);
+        }
+    }
+    for (int k = 0; k < 3; k++) volume *= high[k] - low[k];
+    if (!(volume > 0)) return;      /* a row, a line or a plane: no scale to judge by */
+    double spacing = cbrt(volume / (double)gas->n), rho = mass / pow(spacing, 3);
+    const double terms[] = {pow(spacing, 4), mass / pow(spacing, 5), mass, rho, u > 0 ? u / rho : 1};
+    for (size_t t = 0; t < sizeof terms / sizeof *terms; t++) {
+        if (terms[t] < room && terms[t] > 1 / room) continue;
+        problems_add(&sim->problems, "sph: in the scene's units rows of %g in mass lie %g apart: single precision does not "
+                     "hold their forces; choose units of length and mass nearer to these", mass, spacing);
+        return;
+    }
+}
+
+static void begin(struct sim *sim, void *state)
+{
+    check_units(sim, state);
+}
+
 static void end(struct sim *sim, void *state)
 {
     (void)sim;
@@ -98,6 +131,6 @@ static void warn(struct sim *sim, void *state)
 const struct module sph_module = {
     .name = "sph", .doc = "smoothed particle hydrodynamics of the gas", .kind = MODULE_BLOCK,
     .params = params, .state_bytes = sizeof(struct sph),
-    .declare = declare, .end = end, .energy = energy, .warn = warn,
+    .declare = declare, .begin = begin, .end = end, .energy = energy, .warn = warn,
     .hook = {[HOOK_H] = sph_smooth, [HOOK_DENSITY] = sph_density, [HOOK_FORCE] = sph_force, [HOOK_LIMIT] = sph_limit},
 };

@@ -104,6 +104,27 @@ fi
 # A folder where nothing can be made, and a full disk.
 expect_status 2 tephra run good.yml --out /proc/out;           expect_text '/proc/out' err
 
+# Units in which single precision does not hold the gas; others give the same energies.
+cat >cloud.yml <<'Y'
+units: {length: pc, mass: Msun, velocity: km/s}
+start: {generator: evrard, n: 300, mass: 2000 Msun, radius: 3 pc}
+time: {end: 0.1 Myr}
+output: {snapshot_every: 0.1 Myr}
+gravity: {softening: 0.05 pc}
+sph: {}
+Y
+sed 's/units: .*/units: {length: cm, mass: g, velocity: cm\/s}/' cloud.yml >cgs.yml
+expect_status 2 tephra run cgs.yml;                            expect_text 'does not hold their forces' err
+sed 's/units: .*/units: {length: au, mass: 1e30 kg, velocity: m\/s}/' cloud.yml >au.yml
+for s in cloud au; do expect_status 0 tephra run $s.yml --out $s; done
+[ "$python" ] && { "$python" - <<'P' || fail "the units change the run"; }
+import h5py, numpy as np
+a, b = (h5py.File(f"{s}/snapshot_001.hdf5")["PartType0"] for s in ("cloud", "au"))
+for name, limit in (("Coordinates", 1e-6), ("Density", 1e-5), ("InternalEnergy", 1e-5)):
+    x, y = a[name][:].astype(float), b[name][:].astype(float)
+    assert np.abs(x - y).max() <= limit * np.abs(x).max(), (name, np.abs(x - y).max() / np.abs(x).max())
+P
+
 # Gas that nothing presses, and gas physics without gas: a warning each.
 expect_status 0 tephra check good.yml --set start.generator=evrard; expect_text 'they move as dust' err
 expect_status 0 tephra check good.yml --set sph={};            expect_text 'there is no gas' err
