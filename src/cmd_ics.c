@@ -82,7 +82,7 @@ static int ics_run(int argc, char **argv)
     species_need(&sim->species[GAS], COLUMN_u);
     start_load(sim);
     problems_report(&sim->problems);
-    snapshot_write(sim, out);
+    snapshot_write(sim, out, SNAPSHOT_DOUBLE);
     for_species(sim, s)
         log_line("%s: %lld %s rows made by %s", out, (long long)s->n, species_names[s->kind], sim->start->generator);
     sim_free(sim);

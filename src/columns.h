@@ -45,7 +45,6 @@
  * `moment` and others of run-time width state their width where they are asked for. */
 #define NODE_COLUMNS(NODE) \
     NODE(moment, float,  , "", "multipole moments about the cell's centre; the layout is gravity's") \
-    NODE(reach,  float,  , "L", "radius of the sphere about the centre that holds all rows") \
     NODE(h_max,  float,  , "L", "largest smoothing length among the gas rows")
 
 enum lifetime { KEEP, STEP };

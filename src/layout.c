@@ -32,6 +32,16 @@ double layout_cgs(const struct layout_unit *unit, const int power[3])
     return pow(unit->length, power[0]) * pow(unit->mass, power[1]) * pow(unit->velocity, power[2]);
 }
 
+void layout_scale(char kind, void *values, int64_t count, double factor)
+{
+    double *wide = values;
+    float *narrow = values;
+    for (int64_t i = 0; i < count && factor != 1; i++) {
+        if (kind == 'd') wide[i] *= factor;
+        else if (kind == 'f') narrow[i] = (float)(factor * (double)narrow[i]);
+    }
+}
+
 double layout_factor(const struct units *code, const char *unit)
 {
     if (!code->physical) return 1;

@@ -18,6 +18,8 @@ void layout_powers(const char *unit, int power[3]);
 double layout_cgs(const struct layout_unit *unit, const int power[3]);
 /* What a number in code units is multiplied by to be one in the file's. */
 double layout_factor(const struct units *code, const char *unit);
+/* Multiplies floats (f) or doubles (d); other kinds stay. */
+void layout_scale(char kind, void *values, int64_t count, double factor);
 /* "1e10 Msun kpc^-3" for "M L^-3"; of a dimensionless scene the unit itself. */
 void layout_unit_text(bool physical, const char *unit, char *text, size_t size);
 /* Temperature in K of one code unit of specific internal energy, (gamma - 1) mu m_p / k_B; 0 if the

@@ -19,6 +19,8 @@ enum { LOG_EVERY = 30 };
 static const struct param params[] = {
     {"snapshot_every", PARAM_REAL, "time", NULL, 1e-300, 1e300, NULL, "time between two snapshots", true,
      offsetof(struct output, snapshot_every)},
+    {"snapshot_precision", PARAM_CHOICE, "", "double", 0, 0, "double|float",
+     "of positions, velocities, masses and mass fractions in snapshots", true, offsetof(struct output, snapshot_precision)},
     {"energy_every", PARAM_REAL, "time", "none", 1e-300, 1e300, NULL,
      "time between two rows of energy.csv; default: a sixteenth of snapshot_every", false,
      offsetof(struct output, energy_every)},
@@ -75,7 +77,8 @@ void output_snapshot(struct sim *sim)
 {
     char path[4096];
     struct output *output = sim_state(sim, "output");
-    snapshot_write(sim, in_folder(sim, path, sizeof path, "snapshot_%03lld.hdf5", output->snapshots++));
+    snapshot_write(sim, in_folder(sim, path, sizeof path, "snapshot_%03lld.hdf5", output->snapshots++),
+                   (enum snapshot_precision)output->snapshot_precision);
 }
 
 void output_advise(const struct sim *sim)

@@ -7,6 +7,7 @@
 
 struct output {
     double snapshot_every, energy_every, picture_every, checkpoint_every, energy_limit;
+    int snapshot_precision;
     int64_t snapshots, pictures;    /* written so far: the next numbers */
     struct energy energy;
     struct picture picture;

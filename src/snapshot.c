@@ -39,15 +39,6 @@ static void predict(const struct sim *sim, const struct species *table, enum col
     }
 }
 
-static void scale(char kind, void *values, int64_t count, double factor)
-{
-    if (factor == 1) return;
-    double *wide = values;
-    float *narrow = values;
-    for (int64_t i = 0; i < count && kind == 'd'; i++) wide[i] *= factor;
-    for (int64_t i = 0; i < count && kind == 'f'; i++) narrow[i] = (float)(factor * (double)narrow[i]);
-}
-
 /* The attributes of a data set. unit: in powers of L, M, V, or "K". */
 static void describe(struct h5 *file, const char *path, bool physical, const char *unit, const char *text)
 {
@@ -70,9 +61,21 @@ static void describe(struct h5 *file, const char *path, bool physical, const cha
     h5_attr_text(file, path, "description", text);
 }
 
-static void write_column(struct h5 *file, const struct sim *sim, const struct species *table,
-                         enum column column, const int32_t *order)
+/* Doubles to floats, in place. */
+static void narrow(void *values, int64_t count)
 {
+    for (int64_t i = 0; i < count; i++) {
+        float value = (float)((const double *)values)[i];
+        memcpy((char *)values + (size_t)i * sizeof value, &value, sizeof value);
+    }
+}
+
+/* What all data sets of a snapshot share. */
+struct writer { struct h5 *file; const struct sim *sim; enum snapshot_precision precision; };
+
+static void write_column(const struct writer *w, const struct species *table, enum column column, const int32_t *order)
+{
+    const struct sim *sim = w->sim;
     const struct column_info *info = &column_table[column];
     bool twice = column == COLUMN_h;
     const char *unit = column_is_element(column) ? "1" : info->unit;
@@ -86,10 +89,14 @@ static void write_column(struct h5 *file, const struct sim *sim, const struct sp
         for (int64_t i = 0; i < table->n; i++) box_wrap(&sim->box, (double *)values + 3 * i);
     if (column_is_element(column))
         for (int64_t i = 0; i < table->n; i++) ((double *)values)[i] /= table->mass[order[i]];
-    scale(kind, values, table->n * info->components, layout_factor(&sim->units, unit) * (twice ? 2 : 1));
+    layout_scale(kind, values, table->n * info->components, layout_factor(&sim->units, unit) * (twice ? 2 : 1));
     snprintf(path, sizeof path, "PartType%d/%s", layout_type[table->kind], info->file_name);
-    h5_write(file, path, kind, table->n, info->components, values);
-    describe(file, path, sim->units.physical, unit, text);
+    if (kind == 'd' && w->precision == SNAPSHOT_FLOAT) {
+        narrow(values, table->n * info->components);
+        kind = 'f';
+    }
+    h5_write(w->file, path, kind, table->n, info->components, values);
+    describe(w->file, path, sim->units.physical, unit, text);
     mem_free(values);
 }
 
@@ -109,8 +116,10 @@ static void write_temperature(struct h5 *file, const struct sim *sim, const stru
     mem_free(values);
 }
 
-static void write_species(struct h5 *file, const struct sim *sim, const struct species *table)
+static void write_species(const struct writer *w, const struct species *table)
 {
+    struct h5 *file = w->file;
+    const struct sim *sim = w->sim;
     char group[20];
     snprintf(group, sizeof group, "PartType%d", layout_type[table->kind]);
     h5_group(file, group);
@@ -119,7 +128,7 @@ static void write_species(struct h5 *file, const struct sim *sim, const struct s
     for (int c = 0; c < N_COLUMNS; c++) {
         bool stale = c == COLUMN_pot && !sim->fresh_potential;
         if (*column_table[c].file_name && !stale && species_column(table, c))
-            write_column(file, sim, table, c, order);
+            write_column(w, table, c, order);
     }
     write_temperature(file, sim, table, order);
     mem_free(order);
@@ -144,8 +153,10 @@ static void write_box(struct h5 *file, const struct sim *sim)
     else h5_attr_double(file, "Header", "BoxSize", side[0]);
 }
 
-static void write_header(struct h5 *file, const struct sim *sim)
+static void write_header(const struct writer *w)
 {
+    struct h5 *file = w->file;
+    const struct sim *sim = w->sim;
     uint64_t count[LAYOUT_TYPES] = {0};
     const uint64_t zero[LAYOUT_TYPES] = {0};
     const double no_mass[LAYOUT_TYPES] = {0};
@@ -163,7 +174,7 @@ static void write_header(struct h5 *file, const struct sim *sim)
     h5_attr_double(file, "Header", "Redshift", 0);
     write_box(file, sim);
     h5_attr_int(file, "Header", "NumFilesPerSnapshot", 1);
-    h5_attr_int(file, "Header", "Flag_DoublePrecision", 1);
+    h5_attr_int(file, "Header", "Flag_DoublePrecision", w->precision == SNAPSHOT_DOUBLE);
     for (size_t i = 0; i < sizeof flags / sizeof *flags; i++) h5_attr_int(file, "Header", flags[i], 0);
     write_units(file, sim, "Header");
 }
@@ -184,16 +195,17 @@ static void write_parameters(struct h5 *file, const struct sim *sim)
     }
 }
 
-void snapshot_write(const struct sim *sim, const char *path)
+void snapshot_write(const struct sim *sim, const char *path, enum snapshot_precision precision)
 {
     if (comm_rank() != 0) return;
     struct h5 *file = h5_create(path);
-    write_header(file, sim);
+    const struct writer writer = {file, sim, precision};
+    write_header(&writer);
     write_parameters(file, sim);
     h5_group(file, "Units");
     write_units(file, sim, "Units");
     provenance_write(file, sim);
     for (int s = 0; s < N_SPECIES; s++)
-        if (sim->species[s].n > 0) write_species(file, sim, &sim->species[s]);
+        if (sim->species[s].n > 0) write_species(&writer, &sim->species[s]);
     h5_close(file);
 }

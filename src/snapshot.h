@@ -5,8 +5,12 @@
 #define TEPHRA_SNAPSHOT_H
 #include "sim.h"
 
+/* FLOAT: Coordinates, Velocities, Masses and mass fractions in half the bytes, as many other programs
+ * write them; DOUBLE keeps a run's state to the last bit. */
+enum snapshot_precision { SNAPSHOT_DOUBLE, SNAPSHOT_FLOAT };
+
 /* Writes every column with a file name that the species has; positions and velocities are those of
  * the present tick for rows in the midst of a step too. Potential only where it is fresh.
  * Rank 0 writes, from complete tables; the other ranks return at once. */
-void snapshot_write(const struct sim *sim, const char *path);
+void snapshot_write(const struct sim *sim, const char *path, enum snapshot_precision precision);
 #endif

@@ -186,16 +186,6 @@ static void note_unused(const char *name, void *context)
     log_line("%s: PartType%d/%s is not used", g->reader->path, g->type, name);
 }
 
-static void scale(const struct column_info *info, void *values, int64_t n, double factor)
-{
-    double *wide = values;
-    float *narrow = values;
-    for (int64_t i = 0; i < n * info->components && factor != 1; i++) {
-        if (info->kind == 'd') wide[i] *= factor;
-        else if (info->kind == 'f') narrow[i] = (float)(factor * (double)narrow[i]);
-    }
-}
-
 static void read_column(const struct group *g, enum column column)
 {
     const struct column_info *info = &column_table[column];
@@ -206,7 +196,7 @@ static void read_column(const struct group *g, enum column column)
     double factor = column_is_element(column) ? 1 : file_factor(r, info->unit);
     if (column == COLUMN_h) factor *= r->swift ? swift_support / 2 : 0.5;
     if (h5_read(r->file, path, info->element_bytes == 1 ? 'b' : info->kind, g->n, info->components, values))
-        scale(info, values, g->n, factor);
+        layout_scale(info->kind, values, g->n * info->components, factor);
 }
 
 /* What a file may give in another way: masses in the header, ids not at all, u as a temperature. */

@@ -110,7 +110,7 @@ static void test_header(void **state)
     struct sim sim;
     double counts[6];
     sample(&sim, pc_units());
-    snapshot_write(&sim, PATH);
+    snapshot_write(&sim, PATH, SNAPSHOT_DOUBLE);
     struct h5 *file = h5_open(PATH);
     assert_true(h5_read_attr(file, "Header", "NumPart_ThisFile", counts, 6));
     assert_true(counts[0] == ROWS && counts[1] == 0 && counts[3] == 5 && counts[4] == 7);
@@ -132,7 +132,7 @@ static void test_values(void **state)
     (void)state;
     struct sim sim;
     sample(&sim, pc_units());
-    snapshot_write(&sim, PATH);
+    snapshot_write(&sim, PATH, SNAPSHOT_DOUBLE);
     struct h5 *file = h5_open(PATH);
     double pos[ROWS][3], mass[ROWS], rho[ROWS], length[ROWS], kelvin[ROWS];
     uint64_t id[ROWS];
@@ -157,6 +157,30 @@ static void test_values(void **state)
     release(&sim);
 }
 
+/* Floats hold the same to their rounding, and are read back. */
+static void test_floats(void **state)
+{
+    (void)state;
+    struct sim sim, again;
+    sample(&sim, pc_units());
+    snapshot_write(&sim, PATH, SNAPSHOT_FLOAT);
+    struct h5 *file = h5_open(PATH);
+    const char *const narrow[] = {"PartType0/Coordinates", "PartType0/Velocities", "PartType0/Masses"};
+    for (int i = 0; i < 3; i++) assert_int_equal(h5_kind(file, narrow[i]), 'f');
+    assert_int_equal(h5_kind(file, "PartType0/ParticleIDs"), 'u');
+    close_to(number(file, "Header", "Flag_DoublePrecision"), 0);
+    h5_close(file);
+    declare(&again, pc_units());
+    start_file_read(&again, PATH);
+    for (int i = 0; i < ROWS; i++)
+        for (int k = 0; k < 3; k++) {
+            double there = sim.species[GAS].pos[ROWS - 1 - i][k];
+            assert_true(fabs(again.species[GAS].pos[i][k] - there) <= 1e-7 * fabs(there));
+        }
+    release(&sim);
+    release(&again);
+}
+
 /* Between full synchronisations rows are brought to the present. */
 static void test_rows_in_mid_step(void **state)
 {
@@ -166,7 +190,7 @@ static void test_rows_in_mid_step(void **state)
     sample(&sim, (struct units){false, 1, 1, 1, 1});
     sim.time.tick += (int64_t)1 << (RUNG_TOP - 1);
     for (int i = 0; i < 7; i++) sim.species[STAR].rung[i] = sim.species[STAR].rung0[i] = RUNG_TOP;
-    snapshot_write(&sim, PATH);
+    snapshot_write(&sim, PATH, SNAPSHOT_DOUBLE);
     struct h5 *file = h5_open(PATH);
     assert_true(h5_read(file, "PartType4/Coordinates", 'd', 7, 3, pos));
     assert_true(h5_read(file, "PartType4/Velocities", 'd', 7, 3, vel));
@@ -183,7 +207,7 @@ static void test_read_back(void **state)
     for (int u = 0; u < 2; u++) {
         struct sim sim, again;
         sample(&sim, units[u]);
-        snapshot_write(&sim, PATH);
+        snapshot_write(&sim, PATH, SNAPSHOT_DOUBLE);
         declare(&again, units[u]);
         start_file_read(&again, PATH);
         if (again.problems.count) fail_msg("%s", again.problems.text);
@@ -251,15 +275,15 @@ static void test_bad_numbers(void **state)
     struct species *gas = &sim.species[GAS];
     gas->mass[10] = -2;
     gas->mass[11] = -3;
-    snapshot_write(&sim, PATH);
+    snapshot_write(&sim, PATH, SNAPSHOT_DOUBLE);
     expect_problem("gas particle 999989 has Masses = -3 (and 1 more)");
     gas->mass[10] = gas->mass[11] = 1;
     gas->pos[4][1] = NAN;
-    snapshot_write(&sim, PATH);
+    snapshot_write(&sim, PATH, SNAPSHOT_DOUBLE);
     expect_problem("gas particle 999996 has Coordinates = nan");
     gas->pos[4][1] = 0;
     sim.species[STAR].id[0] = gas->id[3];
-    snapshot_write(&sim, PATH);
+    snapshot_write(&sim, PATH, SNAPSHOT_DOUBLE);
     expect_problem("the id 999997 is used twice (gas and star), as are 0 more");
     release(&sim);
 }
@@ -285,7 +309,7 @@ static void test_bad_files(void **state)
     write_header("Time", 0);
     expect_problem("holds no particles");
     sample(&sim, (struct units){false, 1, 1, 1, 1});
-    snapshot_write(&sim, PATH);
+    snapshot_write(&sim, PATH, SNAPSHOT_DOUBLE);
     assert_int_equal(truncate(PATH, 60000), 0);
     expect_problem("is truncated or damaged");
     release(&sim);
@@ -304,7 +328,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_layout),    cmocka_unit_test(test_header),       cmocka_unit_test(test_values),
-        cmocka_unit_test(test_rows_in_mid_step), cmocka_unit_test(test_read_back),
+        cmocka_unit_test(test_rows_in_mid_step), cmocka_unit_test(test_floats), cmocka_unit_test(test_read_back),
         cmocka_unit_test(test_foreign_file), cmocka_unit_test(test_bad_numbers), cmocka_unit_test(test_bad_files),
     };
     log_silence(true);
