@@ -3,6 +3,7 @@
  * time step of rows without a smoothing length. */
 #include "gravity.h"
 #include "comm.h"
+#include "contact.h"
 #include "direct_engine.h"
 #include "log.h"
 #include "mem.h"
@@ -54,16 +55,17 @@ static const struct param params[] = {
     {0}
 };
 
+static const double support_ratio = 2.8;    /* Springel (2005): depth of the spline's well is Plummer's */
+
 /* Half the softening squared: of Plummer's eps, or of the spline's support 2.8 eps. */
 static void set_softening(struct sim *sim, struct gravity *g)
 {
-    const double support_ratio = 2.8;   /* Springel (2005): depth of the spline's well is Plummer's */
     double least = INFINITY, most = 0;
     for (int s = 0; s < N_SPECIES; s++) {
         double eps = isnan(g->softening_of[s]) ? g->softening : g->softening_of[s];
         double length = g->softening_kernel == KERNEL_SPLINE ? support_ratio * eps : eps;
         g->half_soft2[s] = 0.5 * length * length;
-        if (sim->species[s].n == 0) continue;
+        if (sim->species[s].n == 0 && !sim->species[s].grows) continue;
         least = fmin(least, length);
         most = fmax(most, length);
     }
@@ -74,6 +76,14 @@ static void set_softening(struct sim *sim, struct gravity *g)
     /* Between cells all pairs have one softening; the error of that, 3/2 of the difference of the
      * squares over d^2, stays below a tenth of what is asked. */
     g->near2 = spline || !(most > 0) ? 0 : 15 * 0.5 * (most * most - least * least) / g->accuracy;
+}
+
+double gravity_contact(const struct sim *sim, enum species_kind a, enum species_kind b)
+{
+    const struct gravity *g = sim_state(sim, "gravity");
+    double soft2 = g ? g->half_soft2[a] + g->half_soft2[b] : 0;
+    double ratio = g && g->softening_kernel == KERNEL_SPLINE ? support_ratio : 1;
+    return soft2 > 0 ? -g->G * ratio / sqrt(soft2) : 0;
 }
 
 /* Pair forces are floats: doc/manual/gravity.md, "What it does not do". */
@@ -88,9 +98,9 @@ static void set_opening(struct sim *sim, struct gravity *g)
     struct gravity_opening *o = &g->opening;
     o->solver = (enum gravity_solver)g->solver;
     if (o->solver == SOLVER_AUTO) {
-        int64_t rows = 0;
-        for_species(sim, s) rows += s->n;
-        o->solver = rows <= DIRECT_ROWS || g->precision == PRECISION_DOUBLE ? SOLVER_DIRECT : SOLVER_FMM;
+        if (g->rows == 0)
+            for_species(sim, s) g->rows += s->n;
+        o->solver = g->rows <= DIRECT_ROWS || g->precision == PRECISION_DOUBLE ? SOLVER_DIRECT : SOLVER_FMM;
     }
     gravity_settings(o, g->accuracy);
     if (g->order > 0) o->order = (int)g->order;
@@ -244,6 +254,7 @@ static void warn(struct sim *sim, void *state)
 
 static const struct saved saved[] = {
     {"scale", offsetof(struct gravity, scale), sizeof(double)},
+    {"rows", offsetof(struct gravity, rows), sizeof(int64_t)},
     {"known", offsetof(struct gravity, known), sizeof(int64_t)},
     {"checked", offsetof(struct gravity, checked), sizeof(int64_t)},
     {0}

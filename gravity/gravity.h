@@ -40,6 +40,7 @@ struct gravity {
     int64_t built, fitted;          /* ticks of the tree that the cells are of */
 
     double scale;                   /* of the opening, set by the self-check; saved */
+    int64_t rows;                   /* at the start of the run, by which `auto` chooses; saved */
     int64_t known;                  /* the column grav is filled; saved */
     int64_t checked;                /* self-checks done; saved */
     double measured;                /* 99th percentile of the error at the last self-check */

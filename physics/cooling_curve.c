@@ -2,6 +2,7 @@
  * Makes cooling curves and integrates along them (doc/manual/cooling.md, sections 4 and 5). */
 #include "cooling_curve.h"
 #include "constants.h"
+#include "cooling_balance.h"
 #include "mem.h"
 #include <math.h>
 #include <string.h>
@@ -35,6 +36,39 @@ static void make_nodes(struct cooling_curve *curve, const struct cooling_samples
         curve->t[curve->n] = at[k].t;
         curve->node[curve->n++] = make_node(&at[k], gas);
     }
+}
+
+/* In how many pieces a segment is cut so that Q changes by at most 1.3 in each: where the equilibrium of
+ * heated gas lies in a piece, the net rate is taken to be linear there. */
+static int pieces(const struct cooling_node *node)
+{
+    const double most = log(1.3);
+    return (int)fmax(1, ceil(fabs(log(node[1].rate / node[0].rate)) / most));
+}
+
+static void refine(struct cooling_curve *curve)
+{
+    int n = 1, at = 0;
+    for (int k = 0; k < curve->n - 1; k++) n += pieces(&curve->node[k]);
+    struct cooling_node *node = mem_array("cooling", struct cooling_node, n);
+    double *t = mem_array("cooling", double, n);
+    for (int k = 0; k < curve->n - 1; k++) {
+        const struct cooling_node *a = &curve->node[k], *b = a + 1;
+        int cuts = pieces(a);
+        for (int c = 0; c < cuts; c++, at++) {
+            double part = (double)c / cuts;
+            node[at].u = a->u * pow(b->u / a->u, part);
+            node[at].rate = a->rate * pow(b->rate / a->rate, part);
+            t[at] = curve->t[k] * pow(curve->t[k + 1] / curve->t[k], part);
+        }
+    }
+    node[at] = curve->node[curve->n - 1];
+    t[at] = curve->t[curve->n - 1];
+    mem_free(curve->node);
+    mem_free(curve->t);
+    curve->node = node;
+    curve->t = t;
+    curve->n = n;
 }
 
 /* The integral of du/Q from the lower end of a segment to u. A slope of 1 within 1e-7 is taken to be
@@ -91,8 +125,10 @@ struct cooling_curve *cooling_curve_new(const struct cooling_samples *samples, c
     curve->heating = gas->heating / hydrogen;
     make_nodes(curve, samples, gas);
     check(curve->n >= 2);
+    if (curve->heating > 0) refine(curve);
     integrate(curve);
     make_hints(curve);
+    if (curve->heating > 0) curve->balance = cooling_balance_new(curve);
     return curve;
 }
 
@@ -102,6 +138,7 @@ void cooling_curve_free(struct cooling_curve *curve)
     mem_free(curve->node);
     mem_free(curve->t);
     mem_free(curve->hint);
+    cooling_balance_free(curve->balance);
     mem_free(curve);
 }
 
@@ -172,55 +209,10 @@ static double cool(const struct cooling_curve *curve, double u, double column)
     return u_above(node, node->column - left);
 }
 
-/* A walk along the curve: energy, its rate and the time that is left. */
-struct walk { double u, rate, left; bool done; };
-
-/* To the end of a segment, the net rate being linear in u; `rate` is the one there, of the same sign. */
-static void walk_to(struct walk *walk, double end, double rate)
-{
-    double change = rate - walk->rate, distance = end - walk->u;
-    double mean = fabs(change) < 1e-4 * fabs(rate) ? walk->rate + 0.5 * change : change / log(rate / walk->rate);
-    if (distance >= walk->left * mean && mean > 0) walk->done = true;
-    if (distance <= walk->left * mean && mean < 0) walk->done = true;
-    if (!walk->done) {
-        *walk = (struct walk){end, rate, walk->left - distance / mean, false};
-        return;
-    }
-    double growth = change / distance * walk->left;
-    walk->u += walk->rate * walk->left * (fabs(growth) < 1e-8 ? 1 : expm1(growth) / growth);
-}
-
-/* To the equilibrium within a segment, the distance from it decaying. */
-static void walk_home(struct walk *walk, double home)
-{
-    double decay = walk->rate / (home - walk->u);   /* where rounding puts u beyond it, u is there */
-    walk->u = isfinite(decay) && decay > 0 ? home + (walk->u - home) * exp(-decay * walk->left) : home;
-    walk->done = true;
-}
-
-static double balance(const struct cooling_curve *curve, double u, double rho, double dt)
-{
-    int k = find_segment(curve, u);
-    struct walk walk = {u, curve->heating - rho * loss(&curve->node[k], u), dt, false};
-    bool up = walk.rate > 0;
-    while (!walk.done && walk.rate != 0) {
-        const struct cooling_node *node = &curve->node[k];
-        if (up && k == curve->n - 1) return walk.u + walk.rate * walk.left;
-        const struct cooling_node *end = up ? node + 1 : node;
-        double rate = curve->heating - rho * end->rate;
-        double power = 1 - node->power;
-        if (rate * walk.rate > 0) walk_to(&walk, end->u, rate);
-        else walk_home(&walk, node->u * pow(curve->heating / (rho * node->rate), 1 / power));
-        if (!walk.done && !up && k == 0) return curve->node[0].u;
-        k += up ? 1 : -1;
-    }
-    return walk.u;
-}
-
 double cooling_curve_advance(const struct cooling_curve *curve, double u, double rho, double dt)
 {
     double floor = curve->node[0].u;
     if (!(u > floor)) u = floor;
-    if (curve->heating > 0) return fmax(balance(curve, u, rho, dt), floor);
+    if (curve->balance) return fmax(cooling_balance_advance(curve, find_segment(curve, u), u, rho, dt), floor);
     return u > floor ? cool(curve, u, rho * dt) : floor;
 }

@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Radiative cooling of gas at constant density, integrated exactly: du/dt = heating - rho Q(u), with
  * Q piecewise a power law in the specific energy u. Without heating the closed form of Townsend (2009,
- * ApJS 181, 391) on u: any step costs two powers. With heating the net rate is followed from sample to
- * sample towards the equilibrium on the side on which the gas is; it never steps over it. Everything
- * in cgs: u in erg/g, Q in erg cm^3 g^-2 s^-1. */
+ * ApJS 181, 391) on u: any step costs two powers. With heating gas walks towards the equilibrium on its
+ * side (cooling_balance.h); it never steps over it. Everything in cgs: u in erg/g, Q in erg cm^3 g^-2 s^-1. */
 #ifndef TEPHRA_COOLING_CURVE_H
 #define TEPHRA_COOLING_CURVE_H
 #include "cooling_table.h"
@@ -17,6 +16,7 @@ struct cooling_curve {
     int n;
     struct cooling_node *node;  /* ascending in u; the first is the floor; above the last the law goes on */
     double *t;                  /* temperature of the nodes [K] */
+    struct cooling_balance *balance;    /* NULL without heating */
     double heating;             /* erg g^-1 s^-1, the same at any density */
     uint16_t *hint;             /* a segment not above the one that holds u, by the leading bits of u */
     int64_t first_hint;

@@ -5,6 +5,8 @@
 #include "comm.h"
 #include "constants.h"
 #include "cooling.h"
+#include "gravity/contact.h"
+#include "log.h"
 #include "mem.h"
 #include "module.h"
 #include "nearest.h"
@@ -23,7 +25,8 @@ struct star_formation {
     /* State. */
     double rho_least;           /* density above which stars form */
     double gas_mass;            /* mean mass of a gas row at the start */
-    double formed, lost;        /* mass of all stars formed; thermal energy that went with it */
+    double formed;              /* mass of all stars formed */
+    double thermal, bound;      /* thermal energy that went with it; depth of the wells of rows with their stars */
 };
 
 static const struct param params[] = {
@@ -48,7 +51,7 @@ static const struct param params[] = {
 };
 
 #define SAVED(field) {#field, offsetof(struct star_formation, field), sizeof(double)}
-static const struct saved saved[] = {SAVED(gas_mass), SAVED(formed), SAVED(lost), {0}};
+static const struct saved saved[] = {SAVED(gas_mass), SAVED(formed), SAVED(thermal), SAVED(bound), {0}};
 #undef SAVED
 
 static const char *const requires[] = {"sph", NULL};
@@ -63,6 +66,7 @@ static void declare(struct sim *sim, void *state)
     static const enum column of_stars[] = {COLUMN_birth, COLUMN_mass_born, COLUMN_age_paid};
     const struct sph *sph = sim_state(sim, "sph");
     for (int c = 0; c < 3; c++) species_need(&sim->species[STAR], of_stars[c]);
+    sim->species[STAR].grows = true;
     species_need(&sim->species[GAS], COLUMN_children);
     species_need(&sim->species[GAS], COLUMN_collapse);
     if (sph->eos == SPH_ISOTHERMAL)
@@ -77,6 +81,8 @@ static void begin(struct sim *sim, void *state)
     const struct species *gas = &sim->species[GAS];
     const double hydrogen = 0.76;
     sf->rho_least = sf->n_h * CONST_M_PROTON / sim->units.mass / hydrogen;
+    if (sim_state(sim, "gravity") && gravity_contact(sim, GAS, STAR) == 0)
+        fail(STATUS_INPUT, "star_formation: a star begins at the place of its gas: gravity.softening must be above 0");
     if (sf->gas_mass > 0) return;
     for (int64_t i = 0; i < gas->n; i++) {
         sf->gas_mass += gas->mass[i] / (double)gas->n;
@@ -152,18 +158,32 @@ static void copy_state(struct sim *sim, int64_t from, int64_t to)
         star->vel[to][k] = gas->vel[from][k];
         star->acc[to][k] = gas->acc[from][k];
     }
-    if (star->pot && gas->pot) star->pot[to] = gas->pot[from];
     double step = timeline_seconds(&sim->time, (int64_t)1 << gas->rung[from]);
     int rung = timeline_rung(&sim->time, step);
     star->rung[to] = star->rung0[to] = (uint8_t)(rung > 0 ? rung : 0);
 }
 
+/* What one row was now attracts itself as two, at rest with each other: energy that came from nowhere. */
+static double bind(struct sim *sim, int64_t i, int64_t to)
+{
+    struct species *gas = &sim->species[GAS], *star = &sim->species[STAR];
+    double contact = gravity_contact(sim, GAS, STAR);
+    if (star->pot) {
+        star->pot[to] = gas->pot[i] + (float)(contact * gas->mass[i]);
+        gas->pot[i] += (float)(contact * star->mass[to]);
+    }
+    return -contact * gas->mass[i] * star->mass[to];
+}
+
+/* The star goes on with the row's acceleration until its first own force, and the row takes all of the heat that
+ * its pressure yields until then: momentum and energy do not notice that the row has been divided. */
 static void form(struct sim *sim, struct star_formation *sf, int64_t i, double mass)
 {
     int64_t to = ranks_append(sim, STAR, 1);
     struct species *gas = &sim->species[GAS], *star = &sim->species[STAR];
     double part = mass / gas->mass[i];
     copy_state(sim, i, to);
+    gas->du[i] *= (float)(1 / (1 - part));
     star->id[to] = gas->id[i] | (uint64_t)++gas->children[i] << BIRTH_BIT;
     star->mass[to] = star->mass_born[to] = mass;
     star->birth[to] = timeline_now(&sim->time);
@@ -175,7 +195,8 @@ static void form(struct sim *sim, struct star_formation *sf, int64_t i, double m
     }
     gas->mass[i] -= mass;
     sf->formed += mass;
-    sf->lost += mass * (double)gas->u[i];
+    sf->thermal += mass * (double)gas->u[i];
+    sf->bound += bind(sim, i, to);
 }
 
 /* All ranks do the same for the rows of all, so that new rows are the same everywhere. */
@@ -203,12 +224,22 @@ static void event(struct sim *sim, void *state)
 
 static void energy(struct sim *sim, void *state, struct energy_sink *sink)
 {
-    (void)sim;
-    sink->add(sink, "booked_stars", comm_rank() == 0 ? ((const struct star_formation *)state)->lost : 0);
+    const struct star_formation *sf = state;
+    const bool gravity = sim_state(sim, "gravity") != NULL;
+    sink->add(sink, "booked_stars_heat", comm_rank() == 0 ? sf->thermal : 0);
+    if (gravity) sink->add(sink, "booked_stars_bound", comm_rank() == 0 ? sf->bound : 0);
+}
+
+static void warn(struct sim *sim, void *state)
+{
+    (void)state;
+    if (gravity_contact(sim, GAS, GAS) != gravity_contact(sim, STAR, STAR))
+        log_warning("star_formation: gas and stars have different softenings: what that changes of the potential "
+                    "energy when a star forms is not in the books");
 }
 
 const struct module star_formation_module = {
     .name = "star_formation", .doc = "stars form from collapsing gas", .kind = MODULE_BLOCK,
     .params = params, .requires = requires, .state_bytes = sizeof(struct star_formation), .saved = saved,
-    .declare = declare, .begin = begin, .energy = energy, .hook = {[HOOK_EVENT] = event},
+    .declare = declare, .begin = begin, .energy = energy, .warn = warn, .hook = {[HOOK_EVENT] = event},
 };

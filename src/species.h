@@ -18,6 +18,7 @@ struct species {
     enum species_kind kind;
     int64_t n, capacity;            /* rows in use, rows allocated */
     int64_t own, n_own;             /* this rank's rows */
+    bool grows;                     /* a module may give it rows during the run */
     uint64_t columns;               /* bit (1 << COLUMN_x): asked for */
     int32_t *active;                /* own rows whose step ends now, ascending */
     int64_t n_active;
