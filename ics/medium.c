@@ -19,7 +19,8 @@ static const struct param params[] = {
      offsetof(struct medium, temperature)},
     {"hydrogen", PARAM_REAL, "", "0.76", 0.01, 1, NULL, "part of the mass that is hydrogen, for n_h", false,
      offsetof(struct medium, hydrogen)},
-    {"mu", PARAM_REAL, "", "0.6", 0.1, 10, NULL, "mean molecular weight, for temperature", false, offsetof(struct medium, mu)},
+    {"mu", PARAM_REAL, "", "none", 0.1, 10, NULL,
+     "mean molecular weight, for temperature; default: as `cooling` has it, else 0.6", false, offsetof(struct medium, mu)},
     {0}
 };
 
@@ -43,9 +44,8 @@ static void medium_make(struct sim *sim, const void *state, int64_t n)
     double rho = isnan(medium->rho) ? medium->n_h * proton / medium->hydrogen : medium->rho;
     struct species *gas = rows_make(sim, GAS, n, rho * side[0] * side[1] * side[2]);
     lattice_box(n, side, gas->pos);
-    double particle = (sim_real(sim, "gamma", 5.0 / 3) - 1) * medium->mu * CONST_M_PROTON;
-    double heat = CONST_K_B * medium->temperature / particle / (sim->units.velocity * sim->units.velocity);
-    rows_set_u(gas, isnan(medium->u) ? heat : medium->u);
+    if (isnan(medium->u)) rows_set_temperature(sim, medium->temperature, medium->mu);
+    else rows_set_u(gas, medium->u);
 }
 
 const struct generator medium_generator = {

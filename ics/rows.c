@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Rows of a generator: see rows.h. */
 #include "rows.h"
+#include "constants.h"
+#include "layout.h"
 #include <math.h>
 
 struct species *rows_make(struct sim *sim, enum species_kind kind, int64_t n, double mass)
@@ -39,6 +41,17 @@ void rows_set_u(struct species *table, double u)
 {
     if (!species_has(table, COLUMN_u)) return;
     for (int64_t i = 0; i < table->n; i++) table->u[i] = (float)u;
+}
+
+void rows_set_temperature(struct sim *sim, double kelvin, double mu)
+{
+    double u = kelvin / layout_kelvin(sim);
+    if (!isnan(mu)) {
+        double particle = (sim_real(sim, "gamma", 5.0 / 3) - 1) * mu * CONST_M_PROTON;
+        u = CONST_K_B * kelvin / particle / (sim->units.velocity * sim->units.velocity);
+    }
+    sim->kelvin = isnan(mu);
+    rows_set_u(&sim->species[GAS], u);
 }
 
 bool rows_box(struct sim *sim, const char *generator, double length, double side[3])

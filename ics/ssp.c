@@ -3,7 +3,6 @@
  * stars to the gas is tested on. */
 #include "constants.h"
 #include "lattice.h"
-#include "layout.h"
 #include "module.h"
 #include "random.h"
 #include "rows.h"
@@ -17,7 +16,7 @@ static const struct param params[] = {
     {"hydrogen", PARAM_REAL, "", "0.71", 0.01, 1, NULL, "part of the mass of gas that is hydrogen", false,
      offsetof(struct ssp, hydrogen)},
     {"temperature", PARAM_REAL, "temperature", "1e6", 1e-3, 1e12, NULL,
-     "temperature of the gas, with a mean molecular weight of 0.6", false, offsetof(struct ssp, temperature)},
+     "temperature of the gas, with the mean molecular weight of `cooling`, else 0.6", false, offsetof(struct ssp, temperature)},
     {"stars", PARAM_COUNT, "", "10", 0, 1e9, NULL, "how many of the rows are stars", false, offsetof(struct ssp, stars)},
     {"star_mass", PARAM_REAL, "mass", NULL, 0, 1e300, NULL, "mass of each row of stars, of age 0", false,
      offsetof(struct ssp, star_mass)},
@@ -35,7 +34,7 @@ static void ssp_make(struct sim *sim, const void *state, int64_t n)
     double rho = ssp->n_h * CONST_M_PROTON / sim->units.mass / ssp->hydrogen;
     struct species *gas = rows_make(sim, GAS, n - ssp->stars, rho * volume);
     lattice_box(gas->n, side, gas->pos);
-    rows_set_u(gas, ssp->temperature / layout_kelvin(sim));
+    rows_set_temperature(sim, ssp->temperature, NAN);
     if (ssp->stars == 0) return;
     struct species *star = rows_make(sim, STAR, ssp->stars, (double)ssp->stars * ssp->star_mass);
     for (int64_t i = 0; i < star->n; i++) {

@@ -6,6 +6,7 @@
 #include "comm.h"
 #include "cooling_curve.h"
 #include "data.h"
+#include "layout.h"
 #include "log.h"
 #include "mem.h"
 #include "module.h"
@@ -93,6 +94,22 @@ static struct cooling_curve *make_curve(const struct cooling *cooling, double fe
     return curve;
 }
 
+static const struct cooling_curve *curve_of(const struct cooling *cooling, const struct species *gas, int64_t i)
+{
+    if (cooling->n_bins == 1) return cooling->bin[0];
+    double place = (cooling_table_feh(gas->metals[i] / gas->mass[i]) - first_bin) / bin_width;
+    return cooling->bin[(int)fmin(fmax(place + 0.5, 0), cooling->n_bins - 1)];
+}
+
+/* Temperatures of the start with the table's mass of a particle instead of a constant one. */
+static void correct_start(struct sim *sim, const struct cooling *cooling)
+{
+    struct species *gas = &sim->species[GAS];
+    double kelvin = layout_kelvin(sim);
+    for (int64_t i = 0; i < gas->n; i++)
+        gas->u[i] = (float)(cooling_curve_u(curve_of(cooling, gas, i), kelvin * (double)gas->u[i]) / cooling->energy);
+}
+
 /* All gas on one curve, or one for each bin of metallicity if another module follows the metals. */
 static void begin(struct sim *sim, void *state)
 {
@@ -108,6 +125,7 @@ static void begin(struct sim *sim, void *state)
     cooling->energy = units_cgs(&sim->units, "specific_energy");
     cooling->density = units_cgs(&sim->units, "density");
     cooling->time = units_cgs(&sim->units, "time");
+    if (sim->kelvin) correct_start(sim, cooling);
 }
 
 static void end(struct sim *sim, void *state)
@@ -117,13 +135,6 @@ static void end(struct sim *sim, void *state)
     for (int b = 0; b < cooling->n_bins; b++) cooling_curve_free(cooling->bin[b]);
     mem_free(cooling->bin);
     cooling_table_free(cooling->data);
-}
-
-static const struct cooling_curve *curve_of(const struct cooling *cooling, const struct species *gas, int64_t i)
-{
-    if (cooling->n_bins == 1) return cooling->bin[0];
-    double place = (cooling_table_feh(gas->metals[i] / gas->mass[i]) - first_bin) / bin_width;
-    return cooling->bin[(int)fmin(fmax(place + 0.5, 0), cooling->n_bins - 1)];
 }
 
 double cooling_time(const struct sim *sim, int64_t row)

@@ -6,7 +6,7 @@
 
 #define MODULES(X) \
     X(output) X(time) X(box) X(tree) X(leapfrog) X(pec) \
-    X(gravity) X(sph) X(cooling) X(star_formation) X(feedback) \
+    X(gravity) X(sph) X(star_formation) X(feedback) X(cooling) \
     X(ranks) X(steps)
 
 #define GENERATORS(X) X(evrard) X(kepler) X(medium) X(noh) X(plummer) X(sedov) X(ssp) X(tube) X(uniform) X(wave)

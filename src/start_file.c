@@ -22,6 +22,7 @@ struct reader {
     const char *path;
     struct layout_unit unit;    /* of the file, over the scene's code unit */
     bool swift;
+    int64_t with_kelvin;        /* gas rows whose u came from a temperature */
     double mass_table[LAYOUT_TYPES], count[LAYOUT_TYPES];
     struct unnumbered unnumbered[LAYOUT_TYPES];
 };
@@ -227,8 +228,10 @@ static void fill_missing(const struct group *g)
     if (kelvin == 0 || !find(g, "Temperature", path))
         problems_add(&r->sim->problems, "%s: PartType%d has no InternalEnergy%s", r->path, g->type,
                      kelvin == 0 ? "" : " and no Temperature");
-    else if (h5_read(r->file, path, 'f', g->n, 1, u))
+    else if (h5_read(r->file, path, 'f', g->n, 1, u)) {
         for (int64_t i = 0; i < g->n; i++) u[i] = (float)((double)u[i] / kelvin);
+        r->with_kelvin += g->n;
+    }
 }
 
 static void read_group(struct reader *r, int type)
@@ -334,6 +337,9 @@ static void check_rows(struct reader *r)
         check_column(r, table, COLUMN_mass, table->kind == GAS ? DBL_MIN : 0, INFINITY);
         check_column(r, table, COLUMN_u, 0, INFINITY);
         check_column(r, table, COLUMN_h, 0, largest);
+        if (table->kind == GAS && r->with_kelvin > 0 && r->with_kelvin < table->n)
+            problems_add(&r->sim->problems, "%s: some gas has InternalEnergy, some only Temperature: give all the same",
+                         r->path);
         for (int c = FIRST_ELEMENT; c < END_ELEMENTS; c++) check_column(r, table, c, 0, INFINITY);
         for (int64_t i = 0; i < table->n; i++) mass += table->mass[i];
     }
@@ -364,5 +370,6 @@ void start_file_read(struct sim *sim, const char *path)
         number_rows(&reader);
         check_rows(&reader);
     }
+    sim->kelvin = reader.with_kelvin > 0;
     h5_close(reader.file);
 }

@@ -40,6 +40,12 @@ expect_status 0 tephra run "$TEPHRA_SOURCE/ics/cooling_box.yml" --set start.n=20
 tephra info box/snapshot_004.hdf5 | grep -Eq 'Temperature .* 7\.7[0-4][0-9]*e\+06 \.\.\. 7\.7[0-4]' ||
     fail "isochoric cooling: $(tephra info box/snapshot_004.hdf5 | grep Temperature)"
 
+# Gas starts at the temperature asked for, whatever its particles weigh there.
+expect_status 0 tephra run "$TEPHRA_SOURCE/ics/cooling_box.yml" --set start.n=200 --set start.temperature=1.5e4K \
+    --set time.end=1e-3Myr --set output.snapshot_every=1e-3Myr --out warm
+tephra info warm/snapshot_000.hdf5 | grep -q 'Temperature .* 15000 \.\.\. 15000 ' ||
+    fail "not at 15000 K: $(tephra info warm/snapshot_000.hdf5 | grep Temperature)"
+
 # Refused and warned.
 sed 's/^units:.*/units: {G: 1}/' ball.yml >plain.yml
 expect_status 2 tephra check plain.yml
