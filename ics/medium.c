@@ -4,10 +4,11 @@
 #include "constants.h"
 #include "lattice.h"
 #include "module.h"
+#include "random.h"
 #include "rows.h"
 #include <math.h>
 
-struct medium { double rho, u, n_h, temperature, hydrogen, mu; };
+struct medium { double rho, u, n_h, temperature, hydrogen, mu, jitter; };
 
 static const struct param params[] = {
     {"density", PARAM_REAL, "density", "none", 1e-300, 1e300, NULL, "density; or give n_h", false, offsetof(struct medium, rho)},
@@ -21,6 +22,8 @@ static const struct param params[] = {
      offsetof(struct medium, hydrogen)},
     {"mu", PARAM_REAL, "", "none", 0.1, 10, NULL,
      "mean molecular weight, for temperature; default: as `cooling` has it, else 0.6", false, offsetof(struct medium, mu)},
+    {"jitter", PARAM_REAL, "", "0", 0, 1, NULL, "rows are displaced by up to this part of their spacing along each axis", false,
+     offsetof(struct medium, jitter)},
     {0}
 };
 
@@ -31,6 +34,19 @@ static bool one_of(struct sim *sim, double first, double second, const char *nam
     problems_add(&sim->problems, "start: a medium needs one of %s%s", names,
                  sim->units.physical ? "" : ", the first in a scene without units");
     return false;
+}
+
+/* Displaces each row, by its id alone, and keeps it in the box. */
+static void shake(struct sim *sim, struct species *gas, double most, const double side[3])
+{
+    const uint64_t stream = random_stream("medium");
+    for (int64_t i = 0; i < gas->n; i++) {
+        const struct random key = {sim->seed, gas->id[i], 0, stream};
+        for (int k = 0; k < 3; k++) {
+            double x = gas->pos[i][k] + most * (2 * random_uniform(&key, (uint64_t)k) - 1);
+            gas->pos[i][k] = x - side[k] * floor(x / side[k]);
+        }
+    }
 }
 
 static void medium_make(struct sim *sim, const void *state, int64_t n)
@@ -44,6 +60,7 @@ static void medium_make(struct sim *sim, const void *state, int64_t n)
     double rho = isnan(medium->rho) ? medium->n_h * proton / medium->hydrogen : medium->rho;
     struct species *gas = rows_make(sim, GAS, n, rho * side[0] * side[1] * side[2]);
     lattice_box(n, side, gas->pos);
+    if (medium->jitter > 0) shake(sim, gas, medium->jitter * cbrt(side[0] * side[1] * side[2] / (double)n), side);
     if (isnan(medium->u)) rows_set_temperature(sim, medium->temperature, medium->mu);
     else rows_set_u(gas, medium->u);
 }

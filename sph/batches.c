@@ -22,7 +22,10 @@ static void reserve(const struct sim *sim, struct sph *sph)
     int threads = omp_get_max_threads();
     if (threads > sph->n_work) {
         sph->work = mem_resize("sph", sph->work, (size_t)threads * sizeof *sph->work);
-        while (sph->n_work < threads) sph->work[sph->n_work++] = mem_alloc("sph", sizeof(struct sph_work));
+        for (; sph->n_work < threads; sph->n_work++) {
+            sph->work[sph->n_work] = mem_alloc("sph", sizeof(struct sph_work));
+            sph->work[sph->n_work]->meet = sph->meet;
+        }
     }
     int64_t size = gas->n * ARENA_BYTES / (int64_t)sizeof *sph->arena;
     if (size != sph->arena_size) {

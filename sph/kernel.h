@@ -7,7 +7,7 @@
 #include "hd.h"
 #include <math.h>
 
-enum sph_kernel { SPH_CUBIC, SPH_WENDLAND_C2, SPH_WENDLAND_C4 };
+enum sph_kernel { SPH_CUBIC, SPH_WENDLAND_C2, SPH_WENDLAND_C4, SPH_KERNELS };
 
 #define SPH_PI 3.14159265358979324f
 
@@ -33,5 +33,14 @@ HD float sph_kernel_slope(float q, enum sph_kernel kind)
     if (kind == SPH_WENDLAND_C4)
         return -495.0f / (256.0f * SPH_PI) * (14.0f / 3.0f) * q * (1.0f + 2.5f * q) * s2 * s2 * s;
     return 1.0f / SPH_PI * (3.0f * inner * inner - 0.75f * outer * outer);
+}
+
+/* Part of a row's own term w(0) that its density counts too much, for n neighbours (Dehnen & Aly 2012,
+ * eqs. 18 and 19): a row sits where the kernels around it are highest. None for the cubic spline. */
+static inline float sph_kernel_excess(float n, enum sph_kernel kind)
+{
+    if (kind == SPH_WENDLAND_C2) return 0.0294f * powf(n / 100, -0.977f);
+    if (kind == SPH_WENDLAND_C4) return 0.01342f * powf(n / 100, -1.579f);
+    return 0;
 }
 #endif

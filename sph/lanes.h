@@ -33,27 +33,33 @@ struct sph_tile {
 
 struct sph_box { float centre[3], half[3]; };
 
-struct sph_density_sums { float rho[SPH_LANES], div[SPH_LANES], curl[3][SPH_LANES]; };
+/* Rows i and j meet within own h_i + max(least h_i, other h_j): the sum of both, or the larger of 2h_i and 2h_j. */
+struct sph_meet { float own, least, other; };
+
+struct sph_density_sums { float rho[SPH_LANES], div[SPH_LANES], curl[3][SPH_LANES], swell[SPH_LANES]; };
 struct sph_force_sums { float acc[3][SPH_LANES], du[SPH_LANES], signal[SPH_LANES]; };
 
 /* Search for the radius that holds `target` rows, each lane's own row among them. */
 struct sph_search {
-    float target;                   /* exact: number of rows; smooth: 3N/32, the sum of w (m_j/m_i) pi */
+    float target;                   /* exact: number of rows; smooth: the sum of w (m_j/m_i) pi */
     float guess[SPH_LANES];         /* in: squared radius; out: the squared radius 4h^2 */
     float limit[SPH_LANES];         /* squared radius within which the tile is complete */
     bool found[SPH_LANES];
 };
 
+typedef void sph_density_loop(const struct sph_lanes *i, const struct sph_tile *tile, int n, struct sph_density_sums *sums);
+typedef void sph_force_loop(const struct sph_lanes *i, const struct sph_tile *tile, int n, struct sph_viscosity visc,
+                            struct sph_force_sums *sums);
+typedef void sph_search_loop(const struct sph_lanes *i, struct sph_tile *tile, int n, struct sph_search *search);
+
 struct sph_loops {
-    /* Entries of the tile within `reach` (their own added) of the box go to tile->list; their number. */
-    int (*filter)(struct sph_tile *tile, struct sph_box box, float reach);
-    /* Of these, the entries that meet at least one of the lanes stay listed; their number. */
-    int (*prune)(const struct sph_lanes *i, struct sph_tile *tile, int n);
-    void (*density)(const struct sph_lanes *i, const struct sph_tile *tile, int n, struct sph_density_sums *sums);
-    void (*force)(const struct sph_lanes *i, const struct sph_tile *tile, int n, struct sph_viscosity visc,
-                  struct sph_force_sums *sums);
-    void (*search_exact)(const struct sph_lanes *i, struct sph_tile *tile, int n, struct sph_search *search);
-    void (*search_smooth)(const struct sph_lanes *i, struct sph_tile *tile, int n, struct sph_search *search);
+    /* Entries of the tile within rows + max(least, their tile->reach) of the box go to tile->list; their number. */
+    int (*filter)(struct sph_tile *tile, struct sph_box box, float rows, float least);
+    /* Of these, the entries that meet at least one of the lanes stay listed; their number. tile->reach: other h_j. */
+    int (*prune)(const struct sph_lanes *i, struct sph_tile *tile, int n, struct sph_meet meet);
+    sph_search_loop *search_exact, *search_smooth[SPH_KERNELS];
+    sph_density_loop *density[SPH_KERNELS][2];      /* [kernel][grad_h] */
+    sph_force_loop *force[SPH_KERNELS][2][2];       /* [kernel][grad_h][signal velocity] */
 };
 extern const struct sph_loops sph_loops_v2, sph_loops_v3, sph_loops_v4;
 #endif

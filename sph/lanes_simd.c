@@ -23,14 +23,14 @@ HD real outside(real x, float centre, float half)
 }
 
 /* Many entries at a time; those beyond tile->n are staged before (see lanes.h) and not taken. */
-static int filter(struct sph_tile *tile, struct sph_box box, float reach)
+static int filter(struct sph_tile *tile, struct sph_box box, float rows, float least)
 {
     int n = 0;
     for (int j = 0; j < tile->n; j += LANES) {
         real x = outside(simd_load(tile->x + j), box.centre[0], box.half[0]);
         real y = outside(simd_load(tile->y + j), box.centre[1], box.half[1]);
         real z = outside(simd_load(tile->z + j), box.centre[2], box.half[2]);
-        real r = simd_load(tile->reach + j) + reach;
+        real r = real_max(simd_load(tile->reach + j), real_splat(least)) + rows;
         n += simd_pack(tile->list + n, x * x + y * y + z * z <= r * r, j);
     }
     while (n > 0 && tile->list[n - 1] >= tile->n) n--;
@@ -64,14 +64,15 @@ HD span distances(const struct sph_tile *tile, int j, const struct spot *i, int 
 }
 
 /* Of the listed entries, those that meet at least one of the lanes; their number. */
-static int prune(const struct sph_lanes *restrict i, struct sph_tile *restrict tile, int n)
+static int prune(const struct sph_lanes *restrict i, struct sph_tile *restrict tile, int n, struct sph_meet meet)
 {
     struct spot spot = lanes_spot(i);
     int met = 0;
     for (int k = 0; k < n; k++) {
         int j = tile->list[k], any = 0;
         for (int s = 0; s < SPANS; s++) {
-            span r = 2.0f * span_load(i->half_h + SPAN * s) + tile->reach[j];
+            span h = 2.0f * span_load(i->half_h + SPAN * s);
+            span r = meet.own * h + span_max(meet.least * h, span_splat(tile->reach[j]));
             any |= span_bits(distances(tile, j, &spot, s) < rounding * r * r);
         }
         tile->list[met] = (uint16_t)j;
@@ -91,33 +92,35 @@ static inline struct sph_state lane_state(const struct sph_lanes *i, int l)
 }
 
 HD void density_rows(const struct sph_lanes *restrict i, const struct sph_tile *restrict tile, int n,
-                     struct sph_density_sums *restrict sums, enum sph_kernel kind)
+                     struct sph_density_sums *restrict sums, enum sph_kernel kind, bool grad_h)
 {
     struct sph_density_sums s = *sums;
     for (int k = 0; k < n; k++) {
         const struct sph_place j = tile->place[tile->list[k]];
         STAY_APART();
         for_lanes(l) {
-            struct sph_density d = sph_density_pair(lane_place(i, l), j, kind);
+            struct sph_density d = sph_density_pair(lane_place(i, l), j, kind, grad_h);
             s.rho[l] += d.rho;
             s.div[l] += d.div;
             s.curl[0][l] += d.curl_x;
             s.curl[1][l] += d.curl_y;
             s.curl[2][l] += d.curl_z;
+            if (grad_h) s.swell[l] += d.swell;
         }
     }
     *sums = s;
 }
 
 HD void force_rows(const struct sph_lanes *restrict i, const struct sph_tile *restrict tile, int n,
-                   struct sph_viscosity visc, struct sph_force_sums *restrict sums, enum sph_kernel kind)
+                   struct sph_viscosity visc, struct sph_force_sums *restrict sums, enum sph_kernel kind, bool grad_h,
+                   bool signal_velocity)
 {
     struct sph_force_sums s = *sums;
     for (int k = 0; k < n; k++) {
         const struct sph_place j = tile->place[tile->list[k]];
         const struct sph_state sj = tile->state[tile->list[k]];
         for_lanes(l) {
-            struct sph_force f = sph_force_pair(lane_place(i, l), lane_state(i, l), j, sj, visc, kind);
+            struct sph_force f = sph_force_pair(lane_place(i, l), lane_state(i, l), j, sj, visc, kind, grad_h, signal_velocity);
             s.acc[0][l] += f.ax;
             s.acc[1][l] += f.ay;
             s.acc[2][l] += f.az;
@@ -128,16 +131,22 @@ HD void force_rows(const struct sph_lanes *restrict i, const struct sph_tile *re
     *sums = s;
 }
 
-static void density(const struct sph_lanes *i, const struct sph_tile *tile, int n, struct sph_density_sums *sums)
-{
-    density_rows(i, tile, n, sums, SPH_CUBIC);
-}
-
-static void force(const struct sph_lanes *i, const struct sph_tile *tile, int n, struct sph_viscosity visc,
-                  struct sph_force_sums *sums)
-{
-    force_rows(i, tile, n, visc, sums, SPH_CUBIC);
-}
+#define DENSITY(name, kind, grad_h) \
+    static void name(const struct sph_lanes *i, const struct sph_tile *tile, int n, struct sph_density_sums *sums) \
+    { density_rows(i, tile, n, sums, kind, grad_h); }
+#define FORCE(name, kind, grad_h, signal) \
+    static void name(const struct sph_lanes *i, const struct sph_tile *tile, int n, struct sph_viscosity visc, \
+                     struct sph_force_sums *sums) { force_rows(i, tile, n, visc, sums, kind, grad_h, signal); }
+#define VARIANTS(name, kind) \
+    DENSITY(density_##name, kind, false) \
+    DENSITY(density_##name##_h, kind, true) \
+    FORCE(force_##name, kind, false, false) \
+    FORCE(force_##name##_signal, kind, false, true) \
+    FORCE(force_##name##_h, kind, true, false) \
+    FORCE(force_##name##_h_signal, kind, true, true)
+VARIANTS(cubic, SPH_CUBIC)
+VARIANTS(c2, SPH_WENDLAND_C2)
+VARIANTS(c4, SPH_WENDLAND_C4)
 
 /* Fills tile->r2 for those of the listed entries that lie within a lane's limit, which stay listed;
  * returns their number. nearest: the smallest that is not 0. */
@@ -284,12 +293,19 @@ HD void smooth_rows(const struct sph_lanes *i, struct sph_tile *tile, int n, str
     for (int l = 0; l < SPH_LANES; l++) search->found[l] = search->guess[l] < search->limit[l];
 }
 
-static void search_smooth(const struct sph_lanes *i, struct sph_tile *tile, int n, struct sph_search *search)
-{
-    smooth_rows(i, tile, n, search, SPH_CUBIC);
-}
+#define SMOOTH(name, kind) \
+    static void name(const struct sph_lanes *i, struct sph_tile *tile, int n, struct sph_search *search) \
+    { smooth_rows(i, tile, n, search, kind); }
+SMOOTH(smooth_cubic, SPH_CUBIC)
+SMOOTH(smooth_c2, SPH_WENDLAND_C2)
+SMOOTH(smooth_c4, SPH_WENDLAND_C4)
+
+#define DENSITIES(name) {density_##name, density_##name##_h}
+#define FORCES(name) {{force_##name, force_##name##_signal}, {force_##name##_h, force_##name##_h_signal}}
 
 const struct sph_loops SIMD_NAME(sph_loops) = {
-    .filter = filter, .prune = prune, .density = density, .force = force,
-    .search_exact = search_exact, .search_smooth = search_smooth,
+    .filter = filter, .prune = prune, .search_exact = search_exact,
+    .search_smooth = {smooth_cubic, smooth_c2, smooth_c4},
+    .density = {DENSITIES(cubic), DENSITIES(c2), DENSITIES(c4)},
+    .force = {FORCES(cubic), FORCES(c2), FORCES(c4)},
 };

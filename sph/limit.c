@@ -78,7 +78,8 @@ static void compare_row(const struct sph_work *work, const struct sim *sim, cons
     for (int k = 0; k < n; k++) {
         const struct sph_place *other = &work->tile.place[work->tile.list[k]];
         struct sph_gap gap = sph_gap(own, *other);
-        float reach = 2 * (own.half_h + other->half_h);
+        float h = 2 * own.half_h;
+        float reach = work->meet.own * h + fmaxf(work->meet.least * h, work->meet.other * 2 * other->half_h);
         int32_t j = work->row[work->tile.list[k]];
         if (gap.r2 > reach * reach) continue;
         if (rung[j] > rung[i] + LEVELS) add_wish(wishes, j, rung[i] + LEVELS);
@@ -101,7 +102,7 @@ static void compare_tile(struct sph_work *work, const struct sim *sim, const uin
 static void compare_rows(struct sph_work *work, const struct sim *sim, const struct sph *sph, int32_t node,
                          struct sph_region rows, struct wishes *wishes)
 {
-    struct sph_reach reach = sph_mutual(sph_largest_h(sim, rows));
+    struct sph_reach reach = sph_mutual(sph, sph_largest_h(sim, rows));
     sph_centre(work, sim, node, rows);
     for (int64_t skip = 0; skip == 0 || work->more; skip += SPH_TILE) {
         sph_gather(work, sim, reach, skip);

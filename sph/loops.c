@@ -4,7 +4,6 @@
  * depend on the number of threads. The rows that a batch may meet were listed by the search for h; where
  * the arena had no room, or a row outside grew beyond what the list allows for, the walk is done again. */
 #include "sph.h"
-#include <math.h>
 #include <omp.h>
 #include <string.h>
 
@@ -22,36 +21,33 @@ static struct sph_region cluster_of(struct sph_region rows, int from)
     return (struct sph_region){rows.row + from, rows.n - from < SPH_LANES ? rows.n - from : SPH_LANES};
 }
 
+/* Rows of a cluster into lanes, what they may meet into the tile's list; the length of that. */
+static int meet_cluster(const struct visit *v, struct sph_region cluster, struct sph_lanes *lanes)
+{
+    const struct sph_meet meet = v->sph->meet;
+    float h = sph_largest_h(v->sim, cluster);
+    struct sph_box box = sph_lanes_fill(lanes, v->work, v->sim, cluster);
+    int n = v->sph->loops->filter(&v->work->tile, box, meet.own * h, meet.least * h);
+    return v->sph->loops->prune(lanes, &v->work->tile, n, meet);
+}
+
 static void density_chunk(const struct visit *v, void *all)
 {
     struct sph_density_sums *sums = all;
     for (int c = 0; c * SPH_LANES < v->rows.n; c++) {
-        struct sph_region cluster = cluster_of(v->rows, c * SPH_LANES);
         struct sph_lanes lanes;
-        struct sph_box box = sph_lanes_fill(&lanes, v->work, v->sim, cluster);
-        int n = v->sph->loops->filter(&v->work->tile, box, sph_largest_h(v->sim, cluster));
-        n = v->sph->loops->prune(&lanes, &v->work->tile, n);
-        v->sph->loops->density(&lanes, &v->work->tile, n, &sums[c]);
+        int n = meet_cluster(v, cluster_of(v->rows, c * SPH_LANES), &lanes);
+        v->sph->loops->density[v->sph->kernel][v->sph->grad_h](&lanes, &v->work->tile, n, &sums[c]);
     }
 }
 
-/* Density and derivatives of the velocity; the switch of Balsara 1995 (eps_B: Steinmetz 1996). */
 static void finish_density(const struct visit *v, const struct sph_density_sums *sums)
 {
-    const struct species *gas = &v->sim->species[GAS];
     for (int r = 0; r < v->rows.n; r++) {
         const struct sph_density_sums *s = &sums[r / SPH_LANES];
         int l = r % SPH_LANES;
-        int32_t i = v->rows.row[r];
-        float rho = s->rho[l], x = s->curl[0][l], y = s->curl[1][l], z = s->curl[2][l];
-        float scale = rho > 0 ? 1 / rho : 0, div = s->div[l] * scale, curl = sqrtf(x * x + y * y + z * z) * scale;
-        gas->rho[i] = rho;
-        gas->div_v[i] = div;
-        gas->curl_v[i] = curl;
-        if (!v->sph->balsara) continue;
-        float floor = (float)v->sph->balsara_epsilon * sph_sound_speed(v->sph, gas->u ? gas->u[i] : 0) / gas->h[i];
-        float sum = fabsf(div) + curl + floor;
-        gas->balsara[i] = sum > 0 ? fabsf(div) / sum : 1;
+        struct sph_density sum = {s->rho[l], s->div[l], s->curl[0][l], s->curl[1][l], s->curl[2][l], s->swell[l]};
+        sph_finish_density(v->sim, v->sph, v->rows.row[r], &sum);
     }
 }
 
@@ -65,7 +61,7 @@ static void for_chunks(struct visit *v, void (*chunk)(const struct visit *, void
         chunk(v, sums);
         return;
     }
-    struct sph_reach reach = sph_mutual(sph_largest_h(v->sim, v->rows));
+    struct sph_reach reach = sph_mutual(v->sph, sph_largest_h(v->sim, v->rows));
     for (int64_t skip = 0; skip == 0 || v->work->more; skip += SPH_TILE) {
         sph_gather(v->work, v->sim, reach, skip);
         if (skip == 0 && !v->work->more) sph_keep_list(v->sph, v->work, v->sim, batch);
@@ -86,16 +82,16 @@ static void force_chunk(const struct visit *v, void *all)
 {
     struct sph_force_sums *sums = all;
     const struct sph *sph = v->sph;
-    const struct sph_viscosity visc = {(float)sph->alpha, (float)sph->beta, (float)sph->epsilon};
+    const struct sph_viscosity visc = {(float)sph->alpha, (float)sph->beta, (float)sph->epsilon,
+                                       sph->equation == SPH_ENERGY};
+    sph_force_loop *force = sph->loops->force[sph->kernel][sph->grad_h][sph->viscosity];
     sph_stage_state(v->work, v->sim, sph);
     for (int c = 0; c * SPH_LANES < v->rows.n; c++) {
         struct sph_region cluster = cluster_of(v->rows, c * SPH_LANES);
         struct sph_lanes lanes;
-        struct sph_box box = sph_lanes_fill(&lanes, v->work, v->sim, cluster);
+        int n = meet_cluster(v, cluster, &lanes);
         sph_lanes_state(&lanes, v->sim, sph, cluster);
-        int n = sph->loops->filter(&v->work->tile, box, sph_largest_h(v->sim, cluster));
-        n = sph->loops->prune(&lanes, &v->work->tile, n);
-        sph->loops->force(&lanes, &v->work->tile, n, visc, &sums[c]);
+        force(&lanes, &v->work->tile, n, visc, &sums[c]);
     }
 }
 

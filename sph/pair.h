@@ -1,22 +1,28 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * Pair formulas of SPH, shared by the C and the CUDA drivers. Every pair uses the mean smoothing
- * length h_ij = (h_i + h_j)/2 and W_ij = W(r, h_ij), so that each force is the exact opposite of its
- * partner's (Monaghan 1992, eq. 3.3; viscosity: Monaghan & Gingold 1983; switch: Balsara 1995).
- * A pair out of reach gives zeros, and so does a row with itself, except for its own density. */
+ * Pair formulas of SPH, shared by the C and the CUDA drivers; each force is the exact opposite of its
+ * partner's. Two formulations: with the mean smoothing length h_ij = (h_i + h_j)/2 and W_ij =
+ * W(r, h_ij) (Monaghan 1992, eq. 3.3), or, grad_h, with each row's own h and the terms of grad h
+ * (Springel & Hernquist 2002, eq. 10; Price 2012, eqs. 30 and 35). Viscosity: Monaghan & Gingold 1983,
+ * or with the signal velocity (Monaghan 1997). Flags are literals at each call. A pair out of reach
+ * gives zeros, and so does a row with itself, except for its own density. */
 #ifndef TEPHRA_SPH_PAIR_H
 #define TEPHRA_SPH_PAIR_H
 #include "kernel.h"
+#include <stdbool.h>
 
 /* A row as a pair sees it: position and velocity about the tile's centre, now. Halves are kept, not
  * wholes, of what pairs average. */
 struct sph_place { float x, y, z, half_h, vx, vy, vz, mass; };
-/* What only the force needs: P/rho^2, density, sound speed, Balsara's factor. */
+/* What only the force needs: P/rho^2 (grad_h: over Omega), density, sound speed, the factor of the
+ * viscosity (Balsara's, and its strength where that changes). */
 struct sph_state { float p, rho, half_c, balsara; };
 
-/* Monaghan's alpha and beta, and epsilon that keeps the denominator of mu from 0. */
-struct sph_viscosity { float alpha, beta, epsilon; };
+/* Monaghan's alpha and beta, epsilon that keeps the denominator of mu from 0; work: 1, or 0 where u is
+ * to change by viscosity alone (the entropy equation). */
+struct sph_viscosity { float alpha, beta, epsilon, work; };
 
-struct sph_density { float rho, div, curl_x, curl_y, curl_z; };
+/* swell: -h d/dh of h^3 m_j W, over h^3; its sum is 3 rho Omega. Only grad_h has it. */
+struct sph_density { float rho, div, curl_x, curl_y, curl_z, swell; };
 struct sph_force { float ax, ay, az, du, signal; };
 
 /* From i to j. */
@@ -37,14 +43,15 @@ HD float sph_inverse_length(float r2)
 }
 
 /* Terms of rho_i, rho_i div v_i and rho_i curl v_i. */
-HD struct sph_density sph_density_pair(struct sph_place i, struct sph_place j, enum sph_kernel kind)
+HD struct sph_density sph_density_pair(struct sph_place i, struct sph_place j, enum sph_kernel kind, bool grad_h)
 {
     struct sph_gap g = sph_gap(i, j);
-    float r1 = sph_inverse_length(g.r2), h1 = 1.0f / (i.half_h + j.half_h), q = g.r2 * r1 * h1;
-    float m = j.mass * h1 * h1 * h1;
-    float slope = m * h1 * r1 * sph_kernel_slope(q, kind);
+    float r1 = sph_inverse_length(g.r2), h1 = 1.0f / (i.half_h + (grad_h ? i.half_h : j.half_h)), q = g.r2 * r1 * h1;
+    float m = j.mass * h1 * h1 * h1, dw = sph_kernel_slope(q, kind);
+    float slope = m * h1 * r1 * dw;
     return (struct sph_density){m * sph_kernel(q, kind), -slope * g.vr,
-        slope * (g.vy * g.z - g.vz * g.y), slope * (g.vz * g.x - g.vx * g.z), slope * (g.vx * g.y - g.vy * g.x)};
+        slope * (g.vy * g.z - g.vz * g.y), slope * (g.vz * g.x - g.vx * g.z), slope * (g.vx * g.y - g.vy * g.x),
+        -m * q * dw};
 }
 
 /* The work of a pair is shared: heat in equal halves, while a pair that expands pays each row's part by
@@ -53,20 +60,46 @@ HD struct sph_density sph_density_pair(struct sph_place i, struct sph_place j, e
  * Acceleration of i, rate of its u, and the signal velocity c_i + c_j - 3 w_ij between the two
  * (Monaghan 1997), 0 beyond the kernel. One reciprocal serves h, the denominator of mu and rho_ij:
  * their product is of the order of a mass, so it cannot overflow where the three do not. */
-HD struct sph_force sph_force_pair(struct sph_place i, struct sph_state si, struct sph_place j, struct sph_state sj,
-                                   struct sph_viscosity visc, enum sph_kernel kind)
+HD struct sph_force sph_mean_pair(struct sph_place i, struct sph_state si, struct sph_place j, struct sph_state sj,
+                                  struct sph_viscosity visc, enum sph_kernel kind, bool signal_velocity)
 {
     struct sph_gap g = sph_gap(i, j);
     float h = i.half_h + j.half_h, r1 = sph_inverse_length(g.r2);
-    float d = g.r2 + visc.epsilon * h * h, rho2 = si.rho + sj.rho, d_rho = d * rho2, all = 1.0f / (h * d_rho);
-    float h1 = all * d_rho, h2 = h1 * h1, q = g.r2 * r1 * h1;
+    float d = signal_velocity ? 1.0f : g.r2 + visc.epsilon * h * h, rho2 = si.rho + sj.rho, d_rho = d * rho2;
+    float all = 1.0f / (h * d_rho), h1 = all * d_rho, h2 = h1 * h1, q = g.r2 * r1 * h1;
     float slope = j.mass * r1 * (h2 * h2) * sph_kernel_slope(q, kind);
     float closing = g.vr < 0.0f ? g.vr : 0.0f, c = si.half_c + sj.half_c;
-    float h_all = h * all, mu = closing * h * (h_all * rho2);
+    float h_all = h * all, mu = signal_velocity ? closing * r1 : closing * h * (h_all * rho2);
     float stress = si.p + sj.p + mu * (visc.beta * mu - visc.alpha * c) * (h_all * d) * (si.balsara + sj.balsara);
     float f = slope * stress;
     float heat = slope * g.vr * (g.vr > 0.0f ? si.p : 0.5f * stress);
     float signal = q < 2.0f ? 2.0f * c - 3.0f * closing * r1 : 0.0f;
     return (struct sph_force){f * g.x, f * g.y, f * g.z, heat, signal};
+}
+
+/* Each pressure acts through its own kernel, and pays for its own work; the viscosity, shared in
+ * halves, through the mean of both. */
+HD struct sph_force sph_grad_h_pair(struct sph_place i, struct sph_state si, struct sph_place j, struct sph_state sj,
+                                    struct sph_viscosity visc, enum sph_kernel kind, bool signal_velocity)
+{
+    struct sph_gap g = sph_gap(i, j);
+    float r1 = sph_inverse_length(g.r2), r = g.r2 * r1, h = i.half_h + j.half_h, m = j.mass * r1;
+    float hi1 = 0.5f / i.half_h, hj1 = 0.5f / j.half_h, hi2 = hi1 * hi1, hj2 = hj1 * hj1;
+    float slope_i = m * (hi2 * hi2) * sph_kernel_slope(r * hi1, kind);
+    float slope_j = m * (hj2 * hj2) * sph_kernel_slope(r * hj1, kind);
+    float d = signal_velocity ? 1.0f : g.r2 + visc.epsilon * h * h, rho2 = si.rho + sj.rho, all = 1.0f / (d * rho2);
+    float closing = g.vr < 0.0f ? g.vr : 0.0f, c = si.half_c + sj.half_c;
+    float mu = signal_velocity ? closing * r1 : closing * h * (all * rho2);
+    float rub = 0.5f * (slope_i + slope_j) * mu * (visc.beta * mu - visc.alpha * c) * (all * d) * (si.balsara + sj.balsara);
+    float own = slope_i * si.p, f = own + slope_j * sj.p + rub;
+    float signal = r * (hi1 < hj1 ? hi1 : hj1) < 2.0f ? 2.0f * c - 3.0f * closing * r1 : 0.0f;
+    return (struct sph_force){f * g.x, f * g.y, f * g.z, g.vr * (visc.work * own + 0.5f * rub), signal};
+}
+
+HD struct sph_force sph_force_pair(struct sph_place i, struct sph_state si, struct sph_place j, struct sph_state sj,
+                                   struct sph_viscosity visc, enum sph_kernel kind, bool grad_h, bool signal_velocity)
+{
+    return grad_h ? sph_grad_h_pair(i, si, j, sj, visc, kind, signal_velocity)
+                  : sph_mean_pair(i, si, j, sj, visc, kind, signal_velocity);
 }
 #endif

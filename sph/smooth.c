@@ -111,12 +111,12 @@ static int search_cluster(const struct seeker *s, const struct wish *wish, int n
         reach = fmaxf(reach, mine[l].reach);
     }
     struct sph_box box = sph_lanes_fill(&lanes, s->work, s->sim, (struct sph_region){row, n});
-    int entries = sph->loops->filter(&s->work->tile, box, reach);
+    int entries = sph->loops->filter(&s->work->tile, box, reach, 0);
     if (sph->count == SPH_EXACT || s->target <= (float)sph->neighbours) {
         sph->loops->search_exact(&lanes, &s->work->tile, entries, &search);
     } else {
-        search.target = (float)sph->neighbours * 3.0f / 32.0f;
-        sph->loops->search_smooth(&lanes, &s->work->tile, entries, &search);
+        search.target = (float)sph->neighbours * 3.0f / 32.0f + sph->excess * SPH_PI;
+        sph->loops->search_smooth[sph->kernel](&lanes, &s->work->tile, entries, &search);
     }
     for (int l = 0; l < n; l++) {
         if (search.found[l]) set_h(s, row[l], search.guess[l]);
@@ -163,8 +163,9 @@ static float widest_reach(const struct seeker *s, const struct wish *wish, int n
 static void search_rows(const struct seeker *s, struct wish *wish, int n, bool first)
 {
     for (; n > 0; first = false) {
-        float half = 0.5f * widest_reach(s, wish, n);
-        sph_gather(s->work, s->sim, (struct sph_reach){half, half, first ? first_reach : 0, true}, 0);
+        const struct sph_meet *meet = &s->work->meet;
+        float half = 0.5f * widest_reach(s, wish, n), other = first ? first_reach * meet->other : 0;
+        sph_gather(s->work, s->sim, (struct sph_reach){meet->own * half, (2 - meet->own) * half, other, true}, 0);
         if (s->work->more && n > 1) {
             search_rows(s, wish, n / 2, false);
             search_rows(s, wish + n / 2, n - n / 2, false);

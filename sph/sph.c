@@ -11,11 +11,26 @@
 static const struct param params[] = {
     {"neighbours", PARAM_COUNT, "", "50", 4, 1000, NULL, "neighbours within 2h, the row itself not counted", false,
      offsetof(struct sph, neighbours)},
+    {"kernel", PARAM_CHOICE, "", "cubic", 0, 0, "cubic|wendland_c2|wendland_c4",
+     "cubic spline, or Wendland's, which stay even with many neighbours", false, offsetof(struct sph, kernel)},
     {"count", PARAM_CHOICE, "", "exact", 0, 0, "exact|smooth",
      "exact: 2h is the distance of the last neighbour; smooth: h from the density, neighbours on average", false,
      offsetof(struct sph, count)},
     {"h_min", PARAM_REAL, "length", "0", 0, 1e300, NULL, "smallest smoothing length", false,
      offsetof(struct sph, h_min)},
+    {"grad_h", PARAM_FLAG, "", "off", 0, 0, NULL,
+     "each row's own h in the equations and the terms of grad h; off: the mean h of a pair", false,
+     offsetof(struct sph, grad_h)},
+    {"equation", PARAM_CHOICE, "", "energy", 0, 0, "energy|entropy",
+     "what is integrated: u, or, with grad_h, the entropy u/rho^(gamma - 1)", false, offsetof(struct sph, equation)},
+    {"viscosity", PARAM_CHOICE, "", "monaghan", 0, 0, "monaghan|signal",
+     "by h v.r/r^2 of a pair (Monaghan & Gingold 1983), or by its speed of approach (Monaghan 1997)", false,
+     offsetof(struct sph, viscosity)},
+    {"strength", PARAM_CHOICE, "", "constant|shocks", 0, 0, "constant|shocks",
+     "of the viscosity: alpha, or between alpha_min and alpha, by how fast div v falls (Cullen & Dehnen 2010)", false,
+     offsetof(struct sph, strength)},
+    {"alpha_min", PARAM_REAL, "", "0", 0, 100, NULL, "least viscosity with strength: shocks", true,
+     offsetof(struct sph, alpha_min)},
     {"alpha", PARAM_REAL, "", "1", 0, 100, NULL, "linear artificial viscosity", true, offsetof(struct sph, alpha)},
     {"beta", PARAM_REAL, "", "2", 0, 100, NULL, "quadratic artificial viscosity", true, offsetof(struct sph, beta)},
     {"epsilon", PARAM_REAL, "", "0.01", 1e-6, 1, NULL,
@@ -38,12 +53,29 @@ static const struct param params[] = {
      offsetof(struct sph, acceleration)},
     {"group_size", PARAM_COUNT, "", "512", 8, SPH_BATCH, NULL, "largest number of rows that share a neighbour search",
      true, offsetof(struct sph, group_size)},
-    {"preset", PARAM_CHOICE, "", "classic", 0, 0, "classic",
-     "classic: cubic spline, Monaghan viscosity, energy equation", false, offsetof(struct sph, preset)},
+    {"preset", PARAM_CHOICE, "", "classic", 0, 0, "classic|modern",
+     "the defaults of the others, where they stand as classic|modern", false,
+     offsetof(struct sph, preset)},
     {0}
 };
 
 static const struct sph_loops *const loops[N_ISA] = {&sph_loops_v2, &sph_loops_v3, &sph_loops_v4};
+
+/* What does not go together. */
+static void check_values(struct sim *sim, const struct sph *sph)
+{
+    struct problems *problems = &sim->problems;
+    if (sph->eos == SPH_ADIABATIC && !isnan(sph->sound_speed))
+        problems_add(problems, "sph.sound_speed has a meaning only with sph.eos: isothermal");
+    if (sph->eos == SPH_ISOTHERMAL && isnan(sph->sound_speed))
+        problems_add(problems, "sph.eos: isothermal needs sph.sound_speed");
+    if (sph->grad_h && sph->count != SPH_SMOOTH)
+        problems_add(problems, "sph.grad_h: on needs sph.count: smooth, where h follows the density");
+    if (sph->equation == SPH_ENTROPY && !sph->grad_h)
+        problems_add(problems, "sph.equation: entropy needs sph.grad_h: on, without which energy would not be conserved");
+    if (sph->strength == SPH_SHOCKS && sph->alpha_min > sph->alpha)
+        problems_add(problems, "sph.alpha_min = %g is larger than sph.alpha = %g", sph->alpha_min, sph->alpha);
+}
 
 static void declare(struct sim *sim, void *state)
 {
@@ -51,18 +83,19 @@ static void declare(struct sim *sim, void *state)
     struct species *gas = &sim->species[GAS];
     const enum column always[] = {COLUMN_h, COLUMN_rho, COLUMN_div_v, COLUMN_curl_v, COLUMN_signal};
     for (size_t c = 0; c < sizeof always / sizeof *always; c++) species_need(gas, always[c]);
-    if (sph->balsara) species_need(gas, COLUMN_balsara);
+    if (sph->balsara || sph->strength == SPH_SHOCKS) species_need(gas, COLUMN_balsara);
+    if (sph->strength == SPH_SHOCKS) species_need(gas, COLUMN_strength);
+    if (sph->grad_h) species_need(gas, COLUMN_omega);
     if (sph->eos == SPH_ADIABATIC) {
         species_need(gas, COLUMN_u);
         species_need(gas, COLUMN_du);
-        if (!isnan(sph->sound_speed))
-            problems_add(&sim->problems, "sph.sound_speed has a meaning only with sph.eos: isothermal");
-    } else if (isnan(sph->sound_speed)) {
-        problems_add(&sim->problems, "sph.eos: isothermal needs sph.sound_speed");
     }
+    check_values(sim, sph);
     sim->energy_open = sph->eos == SPH_ISOTHERMAL;  /* what keeps the temperature takes energy away */
     tree_need(&sim->tree, NODE_h_max, 1);
     sph->loops = loops[isa_now()];
+    sph->meet = sph->grad_h ? (struct sph_meet){0, 2, 2} : (struct sph_meet){1, 0, 1};
+    sph->excess = sph_kernel_excess((float)sph->neighbours, sph->kernel) * sph_kernel(0, sph->kernel);
 }
 
 /* A pair's terms go from h^-4 to m h^-5 and u/rho, in floats of the scene's units: these must leave room
@@ -121,7 +154,7 @@ static void warn(struct sim *sim, void *state)
 {
     const struct sph *sph = state;
     if (sim->species[GAS].n == 0) log_warning("sph: there is no gas in this scene");
-    if (sph->neighbours >= CUBIC_NEIGHBOURS)
+    if (sph->kernel == SPH_CUBIC && sph->neighbours >= CUBIC_NEIGHBOURS)
         log_warning("sph.neighbours = %lld: with the cubic spline particles pair from about %d neighbours on",
                     (long long)sph->neighbours, CUBIC_NEIGHBOURS);
     if (sph->alpha < 0.5) log_warning("sph.alpha = %g: shocks will ring and particles pass through each other", sph->alpha);

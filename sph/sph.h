@@ -17,6 +17,9 @@
 enum { SPH_BATCH = 512 };
 enum sph_eos { SPH_ADIABATIC, SPH_ISOTHERMAL };
 enum sph_count { SPH_EXACT, SPH_SMOOTH };
+enum sph_equation { SPH_ENERGY, SPH_ENTROPY };
+enum sph_viscosity_kind { SPH_MONAGHAN, SPH_SIGNAL };
+enum sph_strength { SPH_CONSTANT, SPH_SHOCKS };
 
 /* Rows [first, first + count) of the gas' active list; the rows that they may meet in the arena, or
  * list = -1. stale: a row outside found an h that the list did not allow for. */
@@ -25,6 +28,7 @@ struct sph_batch { int32_t node, first, count, n_list; int64_t list; bool stale;
 /* What one thread works with. */
 struct sph_work {
     struct sph_tile tile;
+    struct sph_meet meet;
     int32_t row[SPH_TILE];          /* of the tile's entries */
     double centre[3], vel[3];       /* of the tile */
     double origin[3];               /* the centre, as the image of the box sees it whose rows are staged */
@@ -35,11 +39,13 @@ struct sph_work {
 struct sph {
     /* Parameters. */
     int64_t neighbours, group_size;
-    int count, eos, preset;
-    bool balsara;
-    double alpha, beta, epsilon, balsara_epsilon, gamma, sound_speed, h_min, courant, acceleration;
+    int count, eos, preset, kernel, equation, viscosity, strength;
+    bool balsara, grad_h;
+    double alpha, beta, alpha_min, epsilon, balsara_epsilon, gamma, sound_speed, h_min, courant, acceleration;
     /* State. */
     const struct sph_loops *loops;
+    struct sph_meet meet;           /* which pairs meet */
+    float excess;                   /* of a row's own density, over m/h^3 */
     struct sph_work **work;
     int n_work;
     int32_t *group, n_groups;
@@ -81,7 +87,8 @@ struct sph_reach { float rows, least, factor; bool search; };
 /* Stages the gas rows in reach. The first `skip` of them are passed over. */
 void sph_gather(struct sph_work *work, const struct sim *sim, struct sph_reach reach, int64_t skip);
 /* All that the kernels of the rows may meet, once every h is known. */
-static inline struct sph_reach sph_mutual(float largest_h) { return (struct sph_reach){largest_h, 0, 1, false}; }
+static inline struct sph_reach sph_mutual(const struct sph *sph, float largest_h)
+{ return (struct sph_reach){sph->meet.own * largest_h, sph->meet.least * largest_h, sph->meet.other, false}; }
 /* Whether each row of the tile is the image nearest to the centre, so that a list of rows tells them all. */
 bool sph_nearest(const struct sph_work *work, const struct sim *sim);
 /* Stages the rows listed, in a box their nearest images. */
@@ -93,6 +100,9 @@ struct sph_box sph_lanes_fill(struct sph_lanes *lanes, const struct sph_work *wo
                               struct sph_region cluster);
 void sph_lanes_state(struct sph_lanes *lanes, const struct sim *sim, const struct sph *sph,
                      struct sph_region cluster);
+
+/* density.c: what the sums say of a row: density, derivatives of the velocity, strength of the viscosity. */
+void sph_finish_density(const struct sim *sim, const struct sph *sph, int32_t i, const struct sph_density *sum);
 
 /* The hooks. */
 void sph_smooth(struct sim *sim, void *state);      /* smooth.c: H */

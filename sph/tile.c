@@ -77,12 +77,14 @@ static inline struct sph_state state_row(const struct sim *sim, const struct sph
     if (sph->eos == SPH_ISOTHERMAL) {
         p = (float)(sph->sound_speed * sph->sound_speed) / rho;
     } else {
+        float t = (float)row_lag(sim, i), per_rho = (float)(sph->gamma - 1);
         u = gas->u[i];
-        double t = timeline_lag(&sim->time, gas->rung[i], gas->rung0[i]);
-        if (t > 0) u = integrate_energy(u, gas->du[i], (float)t);
-        p = (float)(sph->gamma - 1) * u / rho;
+        if (t > 0) u = integrate_energy(u, gas->du[i], t);
+        if (t > 0 && sph->equation == SPH_ENTROPY) u *= expf(-per_rho * gas->div_v[i] * t);
+        p = per_rho * u / rho;
     }
-    return (struct sph_state){p, rho, 0.5f * sph_sound_speed(sph, u), sph->balsara ? gas->balsara[i] : 1.0f};
+    if (sph->grad_h) p /= gas->omega[i];
+    return (struct sph_state){p, rho, 0.5f * sph_sound_speed(sph, u), gas->balsara ? gas->balsara[i] : 1.0f};
 }
 
 /* The larger of x and 0, without a call (fmax must see NaN) and without a branch that nobody foresees. */
@@ -134,13 +136,13 @@ static bool node_near(const struct sph_work *work, const struct tree *tree, int3
     return box_gap2(work, low, high) <= margin * r * r;
 }
 
-static inline void put_place(struct sph_tile *tile, int slot, struct sph_place place)
+static inline void put_place(struct sph_tile *tile, int slot, struct sph_place place, float other)
 {
     tile->place[slot] = place;
     tile->x[slot] = place.x;
     tile->y[slot] = place.y;
     tile->z[slot] = place.z;
-    tile->reach[slot] = 2.0f * place.half_h;
+    tile->reach[slot] = other * 2.0f * place.half_h;
 }
 
 /* A search for h stages what it needs, positions and masses. Whether a row is in reach is as good as
@@ -181,7 +183,7 @@ static void take_places(struct sph_work *work, const struct sim *sim, const stru
             work->more = true;
             return;
         }
-        put_place(tile, tile->n, p);
+        put_place(tile, tile->n, p, work->meet.other);
         work->row[tile->n++] = i;
     }
 }
@@ -256,7 +258,7 @@ void sph_stage(struct sph_work *work, const struct sim *sim, const int32_t *row,
     bool closed = box_closed(&sim->box);
     for (int k = 0; k < n; k++) {
         if (closed) choose_image(work, sim, row[k]);
-        put_place(&work->tile, k, place_row(work, sim, row[k]));
+        put_place(&work->tile, k, place_row(work, sim, row[k]), work->meet.other);
         work->row[k] = row[k];
     }
     for (int k = 0; k < 3; k++) work->origin[k] = work->centre[k];

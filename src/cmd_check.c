@@ -31,6 +31,13 @@ static void print_step(const struct sim *sim)
         printf("  %-10s %s\n", sim->use[u].module->name, sim->use[u].module->doc);
 }
 
+/* All parameters, defaults and what a preset means among them. */
+static void print_values(const struct sim *sim)
+{
+    printf("values\n");
+    sim_write_used(sim, stdout);
+}
+
 static void print_columns(const struct sim *sim)
 {
     printf("rows\n");
@@ -73,6 +80,7 @@ static int check_scene(int argc, char **argv)
     int64_t rows = 0;
     for_species(sim, s) rows += s->n;
     if (comm_rank() == 0) {
+        print_values(sim);
         print_step(sim);
         print_columns(sim);
         printf("memory\n");

@@ -24,6 +24,8 @@
     COLUMN(h,        float,       , KEEP, "L",        "SmoothingLength", "smoothing length; the kernel ends at 2h (files hold 2h)") \
     COLUMN(rho,      float,       , KEEP, "M L^-3",   "Density",         "density") \
     COLUMN(balsara,  float,       , KEEP, "1",        "",                "factor of the artificial viscosity, 0 in pure shear") \
+    COLUMN(omega,    float,       , KEEP, "1",        "",                "1 + (h/3 rho) d rho/dh, of the terms of grad h") \
+    COLUMN(strength, float,       , KEEP, "1",        "",                "of the artificial viscosity, over sph.alpha") \
     COLUMN(grav,     float,       , KEEP, "V^2 L^-1", "",                "size of the gravitational acceleration when last computed") \
     COLUMN(metals,   double,      , KEEP, "M",        "Metallicity",     "mass fraction of metals (the column itself: their mass)") \
     COLUMN(mass_o,   double,      , KEEP, "M",        "Oxygen",          "mass fraction of oxygen (the column itself: its mass)") \

@@ -13,8 +13,9 @@
 #include <string.h>
 #include <unistd.h>
 
-/* What the meaning of a text depends on: where relative paths start, and units. */
-struct context { const char *folder; const struct units *units; };
+/* What the meaning of a text depends on: where relative paths start, units, the block's preset (which of a default's
+ * alternatives holds). */
+struct context { const char *folder; const struct units *units; int preset; };
 
 static void *field_of(const struct param *param, void *values) { return (char *)values + param->offset; }
 
@@ -186,11 +187,30 @@ static void read_entry(const struct scene_entry *entry, const char *block, const
         return;
     }
     char *working = entry->typed ? getcwd(NULL, 0) : NULL;
-    const struct context here = {working ? working : context->folder, context->units};
+    const struct context here = {working ? working : context->folder, context->units, context->preset};
     char *why = parse_value(&here, param, entry->value, field);
     if (why) problems_add(problems, "%s: %s.%s = %s: %s", entry->place, block, param->name, entry->value, why);
     mem_free(why);
     free(working);
+}
+
+static int preset_of(const struct param_target *tables, const struct scene_block *block, const struct context *context)
+{
+    int preset = 0;
+    for (; tables->table; tables++)
+        for (const struct param *param = tables->table; param->name; param++) {
+            if (strcmp(param->name, "preset") != 0) continue;
+            const struct scene_entry *entry = find_entry(block, param->name);
+            mem_free(parse_value(context, param, entry ? entry->value : param->fallback, &preset));
+        }
+    return preset;
+}
+
+/* Alternative number `preset` of a default "50|100"; the last one stands for all that follow. */
+static char *alternative(const char *fallback, int preset)
+{
+    for (const char *bar; preset > 0 && (bar = strchr(fallback, '|')); preset--) fallback = bar + 1;
+    return mem_format("parameters", "%.*s", (int)strcspn(fallback, "|"), fallback);
 }
 
 static void read_default(const char *place, const char *block, const struct context *context,
@@ -200,10 +220,11 @@ static void read_default(const char *place, const char *block, const struct cont
         problems_add(problems, "%s: %s.%s: must be given (%s)", place, block, param->name, param->text);
         return;
     }
-    char *why = parse_value(context, param, param->fallback, field);
+    char *text = alternative(param->fallback, context->preset), *why = parse_value(context, param, text, field);
     if (why)
         problems_add(problems, "%s: %s.%s: must be given; its default, %s, does not fit: %s", place, block, param->name,
-                     param->fallback, why);
+                     text, why);
+    mem_free(text);
     mem_free(why);
 }
 
@@ -241,9 +262,10 @@ static void report_unknown(const struct scene *scene, const char *block, const s
 void param_read(const struct scene *scene, const char *block, const struct param_target *tables,
                 const struct units *units, struct problems *problems)
 {
-    const struct context context = {scene->folder, units};
+    struct context context = {scene->folder, units, 0};
     const struct scene_block *found = scene_find(scene, block);
     const char *place = scene_place(scene, block, NULL);
+    context.preset = preset_of(tables, found, &context);
     for (const struct param_target *target = tables; target->table; target++)
         for (const struct param *param = target->table; param->name; param++) {
             const struct scene_entry *entry = find_entry(found, param->name);

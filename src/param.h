@@ -28,7 +28,8 @@ struct param {
     const char *unit;       /* PARAM_REAL, _LIST: dimension by name (units.h) such as "length", "time",
                                "temperature", "velocity", "mass", "density"; "" = pure number */
     const char *fallback;   /* default as a scene would write it; NULL = must be given;
-                               "none" = absent (REAL: NAN, COUNT: -1, TEXT: NULL) */
+                               "none" = absent (REAL: NAN, COUNT: -1, TEXT: NULL). Where the block has
+                               a choice `preset`: "50|100", one a preset in its order */
     double low, high;       /* range, inclusive; both 0 = any finite value. In code units */
     const char *choices;    /* PARAM_CHOICE: "leapfrog|pec" */
     const char *text;       /* one sentence */

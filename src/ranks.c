@@ -160,7 +160,10 @@ static void share_h(struct sim *sim, void *state)
 static void share_density(struct sim *sim, void *state)
 {
     (void)state;
-    ranks_share(sim, (uint64_t)1 << COLUMN_rho | (uint64_t)1 << COLUMN_balsara);
+    uint64_t columns = (uint64_t)1 << COLUMN_rho | (uint64_t)1 << COLUMN_balsara;
+    /* With terms of grad h; and u, which may follow the density then. */
+    if (species_has(&sim->species[GAS], COLUMN_omega)) columns |= (uint64_t)1 << COLUMN_omega | (uint64_t)1 << COLUMN_u;
+    ranks_share(sim, columns);
 }
 
 const struct module ranks_module = {

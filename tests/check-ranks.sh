@@ -14,6 +14,12 @@ for ranks in 2 3; do
     for k in 0 1 2; do same one/snapshot_00$k.hdf5 ranks$ranks/snapshot_00$k.hdf5; done
 done
 
+# The same with the other equations of the gas.
+other="--set sph.preset=modern --set sph.count=smooth --set sph.grad_h=on --set sph.equation=entropy"
+expect_status 0 tephra run "$scene" $small $other --out modern
+expect_status 0 mpirun -n 3 --oversubscribe tephra run "$scene" $small $other --out modern3
+same modern/snapshot_002.hdf5 modern3/snapshot_002.hdf5
+
 # A mistake is told once and ends all ranks with the same status.
 expect_status 2 mpirun -n 2 --oversubscribe tephra run "$scene" --set sph.neigbours=40 --out bad
 [ "$(grep -c 'did you mean' err)" -eq 1 ] || fail "the message stands $(grep -c 'did you mean' err) times"

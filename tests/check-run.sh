@@ -43,6 +43,20 @@ cmp -s a b || fail "energies differ after a restart"
 expect_status 0 tephra run --restart half
 expect_text 'nothing to do' err
 
+# The same with the other equations of the gas; a preset yields to what the scene says, and check and used.yml tell.
+modern="--set sph.preset=modern --set sph.count=smooth --set sph.grad_h=on --set sph.equation=entropy --set time.end=0.2"
+expect_status 0 tephra run "$scene" $small $modern --threads 1 --out modern
+expect_status 0 tephra run "$scene" $small $modern --set time.end=0.1 --threads 2 --out modern_half
+expect_status 0 tephra run --restart modern_half --set time.end=0.2 --threads 2
+same modern/snapshot_002.hdf5 modern_half/snapshot_002.hdf5
+tephra compare one/snapshot_002.hdf5 modern/snapshot_002.hdf5 >out_text 2>&1 && fail "preset modern changes nothing"
+grep -q 'strength: shocks' modern/used.yml || fail "used.yml does not resolve the preset"
+expect_status 0 tephra check "$scene" $small --set sph.preset=modern --set sph.neighbours=60
+grep -q 'strength: shocks' out_text && grep -q 'neighbours: 60' out_text || fail "check does not resolve the preset"
+expect_status 2 tephra check "$scene" --set sph.equation=entropy;  expect_text 'grad_h' err
+expect_status 2 tephra check "$scene" --set sph.grad_h=on;         expect_text 'count' err
+expect_status 2 tephra check "$scene" --set sph.strength=shocks --set sph.alpha_min=3; expect_text 'alpha_min' err
+
 # A continued run keeps what it is made of; what may change is kept in used.yml.
 expect_status 2 tephra run --restart half --set gravity.softening=0.5; expect_text 'softening' err
 expect_status 2 tephra run --restart half --set sph=off;               expect_text 'sph' err
@@ -95,6 +109,6 @@ tephra run "$scene" $small --out wall --max-wall 0s >/dev/null 2>&1
 
 # A scene without gas has neither its columns nor its cost.
 expect_status 0 tephra check "$TEPHRA_SOURCE/ics/plummer.yml" --set start.n=500
-grep -q 'sph' out_text && fail "a scene without sph lists it"
+grep -qw 'sph' out_text && fail "a scene without sph lists it"
 grep -Eq ' (h|rho|u)( |$)' out_text && fail "a scene without sph has its columns"
 finish

@@ -280,9 +280,41 @@ static void test_describe(void **state)
     assert_non_null(strstr(roff, "\\&.Path.\n(path; default none)\n"));
 }
 
+/* A default may depend on the block's preset; what is written stands above it. */
+static void test_presets(void **state)
+{
+    (void)state;
+    struct chosen { int preset, kernel; int64_t n; double alpha; };
+    static const struct param chosen[] = {
+        {"kernel", PARAM_CHOICE, "", "cubic|wendland", 0, 0, "cubic|wendland", "W.", false, offsetof(struct chosen, kernel)},
+        {"n", PARAM_COUNT, "", "50|100", 1, 1000, NULL, "N.", false, offsetof(struct chosen, n)},
+        {"alpha", PARAM_REAL, "", "1", 0, 10, NULL, "A.", false, offsetof(struct chosen, alpha)},
+        {"preset", PARAM_CHOICE, "", "classic", 0, 0, "classic|modern", "P.", false, offsetof(struct chosen, preset)},
+        {0}
+    };
+    static const struct { const char *block; struct chosen values; } cases[] = {
+        {"sph={}", {0, 0, 50, 1}}, {"sph={preset: modern}", {1, 1, 100, 1}},
+        {"sph={preset: modern, n: 60, alpha: 2}", {1, 1, 60, 2}}, {"sph={preset: classic, kernel: wendland}", {0, 1, 50, 1}},
+    };
+    for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
+        struct problems problems = {0};
+        struct scene *scene = scene_new("/somewhere");
+        struct chosen values;
+        scene_set(scene, cases[c].block, &problems);
+        param_read(scene, "sph", (struct param_target[]){{chosen, &values}, {NULL, NULL}}, &plain, &problems);
+        assert_int_equal(problems.count, 0);
+        assert_int_equal(values.preset, cases[c].values.preset);
+        assert_int_equal(values.kernel, cases[c].values.kernel);
+        assert_int_equal(values.n, cases[c].values.n);
+        assert_float_equal(values.alpha, cases[c].values.alpha, 0);
+        scene_free(scene);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_presets),
         cmocka_unit_test(test_good), cmocka_unit_test(test_messages), cmocka_unit_test(test_together),
         cmocka_unit_test(test_path),
         cmocka_unit_test(test_default_with_unit), cmocka_unit_test(test_round_trip), cmocka_unit_test(test_describe),

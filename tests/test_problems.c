@@ -161,6 +161,15 @@ static void test_medium(void **state)
     struct sim *sim = generator_case_make(&medium_generator, "density: 2, u: 0.5", 1000, cube);
     assert_float_equal(sim->species[GAS].mass[0], 2e-3, 1e-12);
     assert_true(sim->species[GAS].u[999] == 0.5f);
+    struct sim *shaken = generator_case_make(&medium_generator, "density: 2, u: 0.5, jitter: 0.3", 1000, cube);
+    double largest = 0;
+    for (int64_t i = 0; i < 1000; i++)
+        for (int k = 0; k < 3; k++) {
+            double d = shaken->species[GAS].pos[i][k] - sim->species[GAS].pos[i][k];
+            largest = fmax(largest, fabs(d - rint(d)));
+        }
+    assert_true(largest > 0.029 && largest < 0.03);     /* of a spacing of 0.1 */
+    generator_case_free(shaken);
     generator_case_free(sim);
 }
 
