@@ -6,7 +6,7 @@
 awk '/^```c$/ { on = 1; next } /^```$/ { on = 0 } on' "$TEPHRA_SOURCE/doc/hacking.md" >module.c
 lines=$(wc -l <module.c)
 [ "$lines" -gt 20 ] || fail "no module found in doc/hacking.md"
-sed 's/X(cooling)/X(cooling) X(drag)/' "$TEPHRA_SOURCE/src/modules.c" >modules.c
+sed '/^#define MODULES/,/^$/s/X(ranks)/X(drag) X(ranks)/' "$TEPHRA_SOURCE/src/modules.c" >modules.c
 grep -q 'X(drag)' modules.c || fail "no list of modules to add to"
 compile() { ${CC:-cc} -std=gnu17 -Wall -Wextra -Werror -I"$TEPHRA_SOURCE/src" -c "$1.c" -o "$1.o" || fail "$1.c does not compile"; }
 compile module
