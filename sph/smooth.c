@@ -9,6 +9,7 @@
  * would need; a row whose neighbours all lie at its own place takes the nearest of the others; a row with
  * none at all keeps its h (or takes h_min, or 1). */
 #include "comm.h"
+#include "log.h"
 #include "sph.h"
 #include <math.h>
 #include <omp.h>
@@ -211,6 +212,19 @@ static void share_surprise(struct sph *sph, int64_t retries)
     sph->unforeseen = surprise > 0;
 }
 
+/* At the start: how many rows have more neighbours than asked, since h cannot be smaller. */
+static void tell_floor(const struct sim *sim, const struct sph *sph)
+{
+    const struct species *gas = &sim->species[GAS];
+    double rows = 0;
+    if (sim->time.tick > 0 || !(sph->h_min > 0)) return;
+    for (int64_t a = 0; a < gas->n_active; a++) rows += !(gas->h[gas->active[a]] > (float)sph->h_min);
+    comm_sum(&rows, 1);
+    if (rows > 0)
+        log_warning("sph.h_min = %g: %.0f of %lld rows stand there at the start, with more neighbours, and cost, than asked for",
+                    sph->h_min, rows, (long long)gas->n);
+}
+
 void sph_smooth(struct sim *sim, void *state)
 {
     struct sph *sph = state;
@@ -227,4 +241,5 @@ void sph_smooth(struct sim *sim, void *state)
         search_batch(&s);
     }
     share_surprise(sph, retries);
+    tell_floor(sim, sph);
 }

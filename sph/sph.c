@@ -154,6 +154,9 @@ static void warn(struct sim *sim, void *state)
 {
     const struct sph *sph = state;
     if (sim->species[GAS].n == 0) log_warning("sph: there is no gas in this scene");
+    else if (sim->species[GAS].n <= sph->neighbours)
+        log_warning("sph: %lld rows of gas are fewer than the %lld neighbours that each should have: h is a guess",
+                    (long long)sim->species[GAS].n, (long long)sph->neighbours);
     if (sph->kernel == SPH_CUBIC && sph->neighbours >= CUBIC_NEIGHBOURS)
         log_warning("sph.neighbours = %lld: with the cubic spline particles pair from about %d neighbours on",
                     (long long)sph->neighbours, CUBIC_NEIGHBOURS);

@@ -53,6 +53,11 @@ tephra compare one/snapshot_002.hdf5 modern/snapshot_002.hdf5 >out_text 2>&1 && 
 grep -q 'strength: shocks' modern/used.yml || fail "used.yml does not resolve the preset"
 expect_status 0 tephra check "$scene" $small --set sph.preset=modern --set sph.neighbours=60
 grep -q 'strength: shocks' out_text && grep -q 'neighbours: 60' out_text || fail "check does not resolve the preset"
+expect_status 0 tephra check "$scene" --set start.n=40;                      expect_text 'fewer than the 50 neighbours' err
+expect_status 0 tephra check "$scene" $small --set sph.h_min=0.1;            expect_text 'rows stand there at the start' err
+expect_status 0 tephra check "$scene" $small --set sph.neighbours=64;        expect_text 'particles pair' err
+expect_status 0 tephra check "$scene" $small --set sph.neighbours=64 --set sph.kernel=wendland_c2
+grep -q 'particles pair' err && fail "a kernel that does not pair is warned of"
 expect_status 2 tephra check "$scene" --set sph.equation=entropy;  expect_text 'grad_h' err
 expect_status 2 tephra check "$scene" --set sph.grad_h=on;         expect_text 'count' err
 expect_status 2 tephra check "$scene" --set sph.strength=shocks --set sph.alpha_min=3; expect_text 'alpha_min' err
