@@ -58,7 +58,7 @@ struct gravity_sample { struct part part[N_SPECIES]; int64_t n; int trials; };
 
 enum { SAMPLE = 1024, TRIALS = 4 };
 /* A self-check every so many longest steps, a power of two. */
-enum { CHECK_EVERY = 5 };
+enum { CHECK_EVERY = 2 };
 
 bool gravity_check_due(const struct sim *sim, const struct gravity *g)
 {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * The block `output` and the hook RECORD: at full synchronisations energies, snapshots, pictures and
- * checkpoints as they are due; between them a line of progress. */
+ * The block `output` and the hook RECORD: where the steps of all rows end
+ * energies, snapshots, pictures and checkpoints as they are due; between them a line of progress. */
 #include "output.h"
 #include "checkpoint.h"
 #include "comm.h"
@@ -22,7 +22,7 @@ static const struct param params[] = {
     {"snapshot_precision", PARAM_CHOICE, "", "double", 0, 0, "double|float",
      "of positions, velocities, masses and mass fractions in snapshots", true, offsetof(struct output, snapshot_precision)},
     {"energy_every", PARAM_REAL, "time", "none", 1e-300, 1e300, NULL,
-     "time between two rows of energy.csv; default: a sixteenth of snapshot_every", false,
+     "time between two rows of energy.csv, where all steps end; default: wherever they do, 16 rows a snapshot at most", false,
      offsetof(struct output, energy_every)},
     {"picture_every", PARAM_REAL, "time", "none", 1e-300, 1e300, NULL,
      "time between two pictures; default: no pictures but one at the end", true,
@@ -41,6 +41,7 @@ static const struct saved saved[] = {
     {"pictures", offsetof(struct output, pictures), sizeof(int64_t)},
     {"snapshot_asked", offsetof(struct output, snapshot_asked), sizeof(bool)},
     {"energy", offsetof(struct output, energy), sizeof(struct energy)},
+    {"recorded", offsetof(struct output, recorded), sizeof(int64_t)},
     {"picture", offsetof(struct output, picture), sizeof(struct picture)},
     {0}
 };
@@ -55,7 +56,6 @@ static const char *in_folder(const struct sim *sim, char *path, size_t size, con
 static void output_declare(struct sim *sim, void *state)
 {
     struct output *output = state;
-    if (!(output->energy_every > 0)) output->energy_every = output->snapshot_every / 16;
     if (!(output->checkpoint_every > 0)) output->checkpoint_every = output->snapshot_every;
     for (int s = 0; s < N_SPECIES; s++) species_need(&sim->species[s], COLUMN_pot);
 }
@@ -66,11 +66,19 @@ static bool due(const struct sim *sim, int64_t cadence)
     return tick == 0 || tick == sim->time.tick_end || (cadence > 0 && tick % cadence == 0);
 }
 
+/* Without a cadence of its own: at the first common end of all steps in every sixteenth of a snapshot's
+ * interval. To force one would cost the rows that could take longer steps. */
+static bool energy_due(const struct sim *sim, const struct output *output)
+{
+    const int64_t part = sim->time.snapshot / 16;
+    if (sim->time.energy > 0) return due(sim, sim->time.energy);
+    return due(sim, 0) || sim->time.tick / part != output->recorded / part;
+}
+
 bool output_records(const struct sim *sim)
 {
     const struct output *output = sim_state(sim, "output");
-    return timeline_synchronous(&sim->time)
-        && (due(sim, sim->time.energy) || due(sim, sim->time.snapshot) || output->snapshot_asked);
+    return sim->synchronous && (energy_due(sim, output) || due(sim, sim->time.snapshot) || output->snapshot_asked);
 }
 
 void output_snapshot(struct sim *sim)
@@ -142,6 +150,7 @@ static void progress(const struct sim *sim)
 static void record_energies(struct sim *sim, struct output *output)
 {
     char path[4096];
+    output->recorded = sim->time.tick;
     refresh_potential(sim);
     energy_measure(sim, &output->energy);
     if (sim->folder) energy_write(sim, &output->energy, in_folder(sim, path, sizeof path, "energy.csv", 0));
@@ -169,7 +178,7 @@ static void write_files(struct sim *sim, struct output *output)
 static void output_record(struct sim *sim, void *state)
 {
     struct output *output = state;
-    if (!timeline_synchronous(&sim->time)) {
+    if (!sim->synchronous) {
         progress(sim);
         return;
     }

@@ -11,6 +11,7 @@ struct output {
     int64_t snapshots, pictures;    /* written so far: the next numbers */
     struct energy energy;
     struct picture picture;
+    int64_t recorded;               /* tick of the last row of energies */
     bool snapshot_asked;
     double logged;                  /* by the clock: the last line of the log */
 };

@@ -42,7 +42,9 @@ bool run_step(struct sim *sim, int last)
 {
     bool first = !sim->started;
     if (!first) advance(sim);
-    int64_t active = sim_find_active(sim);
+    int64_t active = sim_find_active(sim), rows = 0;
+    for_species(sim, s) rows += s->n;
+    sim->synchronous = active == rows;
     sim->started = true;
     sim->steps += !first;
     sim->updates += first ? 0 : active;

@@ -40,6 +40,7 @@ struct sim {
     struct failure failure;
     uint64_t seed;
     char *folder;           /* the run directory; NULL where nothing is written */
+    bool synchronous;       /* the steps of all rows end now */
     bool want_potential;    /* this step is recorded: FORCE shall fill pot too */
     bool fresh_potential;   /* pot is of the present positions */
     int64_t steps, updates; /* steps done; row updates done */

@@ -59,13 +59,17 @@ static void time_declare(struct sim *sim, void *state)
     if (output->energy_every > 0) shortest = fmin(shortest, output->energy_every);
     if (output->checkpoint_every > 0) shortest = fmin(shortest, output->checkpoint_every);
     time->dt_max = shortest;
+    while (output->picture_every > 0 && time->dt_max > output->picture_every * (1 + 1e-12)) time->dt_max /= 2;
     while (block->dt_max > 0 && time->dt_max > block->dt_max * (1 + 1e-12)) time->dt_max /= 2;
     time->snapshot = cadence_ticks(time, output->snapshot_every, "snapshot_every");
-    time->energy = cadence_ticks(time, output->energy_every, "energy_every");
+    time->energy = output->energy_every > 0 ? cadence_ticks(time, output->energy_every, "energy_every") : 0;
     time->checkpoint = cadence_ticks(time, output->checkpoint_every, "checkpoint_every");
     if (output->picture_every > 0) {
         int64_t steps = llround(output->picture_every / time->dt_max);
-        time->picture = (steps > 0 ? steps : 1) << RUNG_TOP;
+        time->picture = steps << RUNG_TOP;
+        if (fabs((double)steps * time->dt_max - output->picture_every) > 1e-9 * output->picture_every)
+            log_line("output.picture_every: %g is not a multiple of the longest step, %g taken", output->picture_every,
+                     (double)steps * time->dt_max);
     }
     time->evaluations = (int)block->evaluations;
     if (block->evaluations > 1 && strcmp(block->integrator, "pec") != 0)

@@ -18,7 +18,7 @@ struct timeline {
     double dt_max;          /* 2^RUNG_TOP ticks */
     int64_t tick;           /* now: the state that this step makes */
     int64_t tick_end;       /* the run ends here */
-    int64_t snapshot, energy, checkpoint, picture; /* cadences in ticks; 0 = never */
+    int64_t snapshot, energy, checkpoint, picture; /* cadences in ticks; 0 = none */
     int evaluations;        /* forces a step: 1, or 2 to know them at the corrected state */
     bool common;            /* one step for all rows */
     bool classic;           /* time.criterion: classic */

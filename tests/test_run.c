@@ -169,6 +169,33 @@ static void test_pec_twice(void **unused)
     sim_free(sim);
 }
 
+/* Energies where all steps end anyway: no step is shortened for them. Given a cadence, they keep it. */
+static void test_energy_rows(void **unused)
+{
+    (void)unused;
+    const char *const own[] = {"time.end=6.283185307179586", "output.snapshot_every=1.5707963267948966", "central.steps=200",
+                               "output.energy_limit=1e300", NULL};
+    const char *const given[] = {"time.end=6.283185307179586", "output.snapshot_every=1.5707963267948966", "central.steps=200",
+                                 "output.energy_limit=1e300",
+                                 "output.energy_every=0.04908738521234052", NULL};
+    const char *const wide[] = {"time.end=6.283185307179586", "output.snapshot_every=1.5707963267948966", "central.steps=2.5",
+                               "output.energy_limit=1e300", NULL};
+    const char *const *const set[] = {own, given, wide};
+    const int rows_due[] = {1 + 64, 1 + 128, 1 + 4}, updates_due[] = {256 * 15, 256 * 15, 4 * (1 + 2 + 4 + 8)};
+    for (int k = 0; k < 3; k++) {
+        struct sim *sim = new_sim(set[k]);
+        const struct output *output = sim_state(sim, "output");
+        int rows = 0;
+        while (!sim->started || sim->time.tick < sim->time.tick_end) {
+            assert_true(run_step(sim, HOOK_RECORD));
+            rows += output->recorded == sim->time.tick;
+        }
+        assert_int_equal(rows, rows_due[k]);
+        assert_int_equal(sim->updates, updates_due[k]);
+        sim_free(sim);
+    }
+}
+
 /* Longest steps are 4 times longer than what rows take, and the end is no multiple of anything. */
 static void test_cut_end(void **unused)
 {
@@ -215,6 +242,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_leapfrog_blocks), cmocka_unit_test(test_pec_blocks), cmocka_unit_test(test_pec_twice),
         cmocka_unit_test(test_cut_end), cmocka_unit_test(test_common_steps), cmocka_unit_test(test_woken),
+        cmocka_unit_test(test_energy_rows),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
