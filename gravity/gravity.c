@@ -220,19 +220,26 @@ static void energy(struct sim *sim, void *state, struct energy_sink *sink)
 }
 
 /* Rows that no smoothing length limits (collisionless ones): free fall over their softening length. */
+static void reason(const struct sim *sim, const void *state, const struct species *s, int64_t i, struct step_reason *step)
+{
+    (void)sim;
+    const struct gravity *g = state;
+    double eps = isnan(g->softening_of[s->kind]) ? g->softening : g->softening_of[s->kind];
+    if (s->h || !(eps > 0)) return;
+    const float *acc = s->acc[i];
+    double size = sqrt((double)acc[0] * (double)acc[0] + (double)acc[1] * (double)acc[1] + (double)acc[2] * (double)acc[2]);
+    double dt = g->time_step * sqrt(2 * eps / size);
+    if (dt < step->dt) *step = (struct step_reason){dt, "gravity.time_step"};
+}
+
 static void limit(struct sim *sim, void *state)
 {
-    const struct gravity *g = state;
-    for_species(sim, s) {
-        if (s->h) continue;
-        double eps = isnan(g->softening_of[s->kind]) ? g->softening : g->softening_of[s->kind];
-        if (!(eps > 0)) continue;
-        for (int64_t a = 0; a < s->n_active; a++) {
-            const float *acc = s->acc[s->active[a]];
-            double size = sqrt((double)acc[0] * (double)acc[0] + (double)acc[1] * (double)acc[1] + (double)acc[2] * (double)acc[2]);
-            if (size > 0) s->dt[s->active[a]] = fminf(s->dt[s->active[a]], (float)(g->time_step * sqrt(2 * eps / size)));
+    for_species(sim, s)
+        for (int64_t a = 0; a < s->n_active && !s->h; a++) {
+            struct step_reason step = {(double)s->dt[s->active[a]], NULL};
+            reason(sim, state, s, s->active[a], &step);
+            s->dt[s->active[a]] = fminf(s->dt[s->active[a]], (float)step.dt);
         }
-    }
 }
 
 /* Settings of which the run cannot hold what the scene seems to ask. */
@@ -264,5 +271,5 @@ const struct module gravity_module = {
     .name = "gravity", .open_space = true, .doc = "self-gravity: direct sum, tree or fast multipoles", .params = params,
     .state_bytes = sizeof(struct gravity), .saved = saved, .declare = declare, .begin = begin, .end = end,
     .hook = {[HOOK_ARRANGE] = arrange, [HOOK_FORCE] = force, [HOOK_LIMIT] = limit},
-    .potential = potential, .energy = energy, .warn = warn,
+    .potential = potential, .energy = energy, .reason = reason, .warn = warn,
 };

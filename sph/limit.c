@@ -8,6 +8,7 @@
  * minima, applied round by round until none is left, so their order does not matter. */
 #include "comm.h"
 #include "mem.h"
+#include "module.h"
 #include "ranks.h"
 #include "sph.h"
 #include <math.h>
@@ -19,23 +20,34 @@ enum { LEVELS = 2 };
 
 static const double classic_factor = 0.1;
 
-static double longest_classic(const struct species *gas, int64_t i, double c, double a, double v)
+static void lessen(struct step_reason *step, double dt, const char *text)
 {
-    double h = (double)gas->h[i], dt = fmin(sqrt(2 * h / a), h / fmax(v, c));
-    if (gas->du && gas->du[i] != 0) dt = fmin(dt, (double)(gas->u[i] / fabsf(gas->du[i])));
-    return classic_factor * dt;
+    if (dt < step->dt) *step = (struct step_reason){dt, text};
 }
 
 static double norm(double x, double y, double z) { return sqrt(x * x + y * y + z * z); }
 
-static double longest_step(const struct sim *sim, const struct sph *sph, int64_t i)
+static void lessen_classic(struct step_reason *step, const struct species *gas, int64_t i, double c, double a)
 {
-    const struct species *gas = &sim->species[GAS];
+    const double h = (double)gas->h[i], f = classic_factor;
+    lessen(step, f * sqrt(2 * h / a), "sqrt(2h/|a|)");
+    lessen(step, f * h / norm(gas->vel[i][0], gas->vel[i][1], gas->vel[i][2]), "h/|v|");
+    lessen(step, f * h / c, "h/c");
+    if (gas->du && gas->du[i] != 0) lessen(step, f * (double)(gas->u[i] / fabsf(gas->du[i])), "u/|du/dt|");
+}
+
+void sph_reason(const struct sim *sim, const void *state, const struct species *gas, int64_t i, struct step_reason *step)
+{
+    const struct sph *sph = state;
+    if (gas->kind != GAS) return;
     double h = (double)gas->h[i], c = (double)sph_sound_speed(sph, gas->u ? gas->u[i] : 0);
     double a = norm((double)gas->acc[i][0], (double)gas->acc[i][1], (double)gas->acc[i][2]);
-    if (sim->time.classic)
-        return longest_classic(gas, i, c, a, norm(gas->vel[i][0], gas->vel[i][1], gas->vel[i][2]));
-    return fmin(sph->courant * h / fmax(2 * c, (double)gas->signal[i]), sph->acceleration * sqrt(2 * h / a));
+    if (sim->time.classic) {
+        lessen_classic(step, gas, i, c, a);
+        return;
+    }
+    lessen(step, sph->courant * h / fmax(2 * c, (double)gas->signal[i]), "sph.courant");
+    lessen(step, sph->acceleration * sqrt(2 * h / a), "sph.acceleration");
 }
 
 /* Lists of (row, rung): a row is asked to go no higher than that rung. */
@@ -209,7 +221,9 @@ void sph_limit(struct sim *sim, void *state)
 #pragma omp parallel for
     for (int64_t a = 0; a < gas->n_active; a++) {
         int32_t i = gas->active[a];
-        gas->dt[i] = fminf(gas->dt[i], (float)longest_step(sim, sph, i));
+        struct step_reason step = {(double)gas->dt[i], NULL};
+        sph_reason(sim, sph, gas, i, &step);
+        gas->dt[i] = fminf(gas->dt[i], (float)step.dt);
     }
     if (sim->time.common || gas->n_ending == 0) return;
     ranks_share(sim, (uint64_t)1 << COLUMN_dt);

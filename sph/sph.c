@@ -167,6 +167,6 @@ static void warn(struct sim *sim, void *state)
 const struct module sph_module = {
     .name = "sph", .doc = "smoothed particle hydrodynamics of the gas", .kind = MODULE_BLOCK,
     .params = params, .state_bytes = sizeof(struct sph),
-    .declare = declare, .begin = begin, .end = end, .energy = energy, .warn = warn,
+    .declare = declare, .begin = begin, .end = end, .energy = energy, .reason = sph_reason, .warn = warn,
     .hook = {[HOOK_H] = sph_smooth, [HOOK_DENSITY] = sph_density, [HOOK_FORCE] = sph_force, [HOOK_LIMIT] = sph_limit},
 };

@@ -109,6 +109,8 @@ void sph_smooth(struct sim *sim, void *state);      /* smooth.c: H */
 void sph_density(struct sim *sim, void *state);     /* loops.c: DENSITY */
 void sph_force(struct sim *sim, void *state);       /* loops.c: FORCE */
 void sph_limit(struct sim *sim, void *state);       /* limit.c: LIMIT */
+struct step_reason;
+void sph_reason(const struct sim *sim, const void *state, const struct species *gas, int64_t i, struct step_reason *step);
 
 /* While a row sleeps, its density and smoothing length follow the divergence of the velocity that it
  * last had, d ln rho/dt = -div v = -3 d ln h/dt; h is taken to grow by a tenth at most, which the

@@ -132,6 +132,20 @@ static void draw_tick(const struct plot *plot, bool across, double at, const cha
     else canvas_text(plot->canvas, (double[2]){x->from - 8, p + size / 2}, size, CANVAS_RIGHT, ink, text);
 }
 
+/* Steps of 1, 2 or 5 times a power of ten, about six of them, on an axis of either kind. */
+static void draw_steps(const struct plot *plot, bool across)
+{
+    const struct axis *axis = across ? &plot->x : &plot->y;
+    const double low = axis->linear ? axis->low : pow(10, axis->low), high = axis->linear ? axis->high : pow(10, axis->high);
+    const double wish = (high - low) / 6, power = pow(10, floor(log10(wish)));
+    const double step = wish >= 5 * power ? 5 * power : wish >= 2 * power ? 2 * power : power;
+    for (double k = ceil(low / step); k * step <= high; k++) {
+        char text[32];
+        snprintf(text, sizeof text, "%g", k * step);
+        draw_tick(plot, across, axis->linear ? k * step : log10(k * step), text);
+    }
+}
+
 /* Decades, of many every second or third; over few decades 2 and 5 too. */
 static void draw_decades(const struct plot *plot, bool across)
 {
@@ -152,25 +166,13 @@ static void draw_decades(const struct plot *plot, bool across)
         }
 }
 
-/* Steps of 1, 2 or 5 times a power of ten, about six of them. */
-static void draw_steps(const struct plot *plot, bool across)
-{
-    const struct axis *axis = across ? &plot->x : &plot->y;
-    const double wish = (axis->high - axis->low) / 6, power = pow(10, floor(log10(wish)));
-    const double step = wish >= 5 * power ? 5 * power : wish >= 2 * power ? 2 * power : power;
-    for (double k = ceil(axis->low / step); k * step <= axis->high; k++) {
-        char text[32];
-        snprintf(text, sizeof text, "%g", k * step);
-        draw_tick(plot, across, k * step, text);
-    }
-}
-
 static void draw_axes(const struct plot *plot)
 {
     const struct axis *x = &plot->x, *y = &plot->y;
     const struct chart_sheet *sheet = plot->sheet;
     for (int across = 0; across < 2; across++) {
-        if ((across ? x : y)->linear) draw_steps(plot, across);
+        const struct axis *axis = across ? x : y;
+        if (axis->linear || axis->high - axis->low < 0.8) draw_steps(plot, across);
         else draw_decades(plot, across);
     }
     canvas_line(plot->canvas, (double[2]){x->from, y->from}, (double[2]){x->to, y->from}, 1.5, ink);

@@ -35,6 +35,9 @@ enum module_kind {
     MODULE_INTEGRATOR   /* used when time.integrator names it */
 };
 
+/* What holds a row's step down, for the log. */
+struct step_reason { double dt; const char *text; };
+
 struct module {
     const char *name, *doc;             /* doc: one line */
     enum module_kind kind;
@@ -51,6 +54,9 @@ struct module {
     void (*potential)(struct sim *sim, void *state);/* fills pot of all own rows, at full synchronisation */
     void (*energy)(struct sim *sim, void *state, struct energy_sink *sink); /* own rows; summed over ranks */
     void (*temperature)(const struct sim *sim, const void *state, float *kelvin);   /* of all gas rows; NULL = not known */
+    /* If the module's LIMIT allows an active row less than reason->dt: its step, and which criterion it is. */
+    void (*reason)(const struct sim *sim, const void *state, const struct species *table, int64_t row,
+                   struct step_reason *reason);
     void (*warn)(struct sim *sim, void *state);     /* settings beyond a known boundary: log_warning */
 };
 

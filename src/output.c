@@ -10,6 +10,7 @@
 #include "profile.h"
 #include "signals.h"
 #include "snapshot.h"
+#include "steps.h"
 #include <math.h>
 #include <stdio.h>
 
@@ -156,6 +157,7 @@ static void record_energies(struct sim *sim, struct output *output)
     if (sim->folder) energy_write(sim, &output->energy, in_folder(sim, path, sizeof path, "energy.csv", 0));
     if (due(sim, sim->time.snapshot) || profile_wall() - output->logged > LOG_EVERY) log_state(sim, output);
     else progress(sim);
+    if (due(sim, sim->time.snapshot)) steps_log_smallest(sim);
     check_energy(sim, output);
 }
 

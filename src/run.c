@@ -9,6 +9,7 @@
 #include "profile.h"
 #include "ranks.h"
 #include "signals.h"
+#include "steps.h"
 #include <math.h>
 #include <stdio.h>
 #include <unistd.h>
@@ -108,6 +109,7 @@ static void summary(const struct sim *sim, double cpu)
     log_line("%lld steps, %lld updates, %.1f CPU s (%.2f microseconds an update), peak memory %.1f MB, largest energy error %.2e",
              (long long)sim->steps, (long long)sim->updates, sum[0],
              1e6 * sum[0] / (double)(sim->updates ? sim->updates : 1), sum[1] / 1e6, output->energy.worst);
+    steps_log_gain(sim);
 }
 
 int run_to_end(struct sim *sim, double max_wall)

@@ -1,10 +1,15 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Two modules of the frame: `tree` keeps the octree in step with the rows; `steps`, last in LIMIT,
  * turns the steps that the modules allow into rungs and looks for numbers that failed. */
+#include "steps.h"
 #include "comm.h"
+#include "layout.h"
+#include "log.h"
+#include "mem.h"
 #include "module.h"
 #include "ranks.h"
 #include <math.h>
+#include <stdio.h>
 
 /* Smallest group that the rest of the program makes of a leaf, unless a module wants less. */
 enum { LEAF_ROWS = 32 };
@@ -36,6 +41,16 @@ const struct module tree_module = {
     .declare = tree_declare, .hook[HOOK_ARRANGE] = tree_arrange,
 };
 
+/* Updates that steps without rounding would take: of each row's own, and of common ones. */
+struct steps { double own, common, shortest; };
+
+static const struct saved saved[] = {
+    {"own", offsetof(struct steps, own), sizeof(double)},
+    {"common", offsetof(struct steps, common), sizeof(double)},
+    {"shortest", offsetof(struct steps, shortest), sizeof(double)},
+    {0}
+};
+
 /* Not a number, or internal energy gone: found here, in the rows that were just computed. */
 static void check_rows(struct sim *sim, const struct species *s)
 {
@@ -58,8 +73,9 @@ static double shortest_step(struct sim *sim)
     return shortest;
 }
 
-static void choose_rungs(struct sim *sim, struct species *s, double common)
+static void choose_rungs(struct sim *sim, struct species *s, double common, double *updates)
 {
+    const bool more = sim->time.tick < sim->time.tick_end;
     for (int64_t a = 0; a < s->n_active; a++) {
         int64_t i = s->active[a];
         int rung = timeline_rung(&sim->time, common > 0 ? common : (double)s->dt[i]);
@@ -68,6 +84,7 @@ static void choose_rungs(struct sim *sim, struct species *s, double common)
             return;
         }
         s->rung[i] = s->rung0[i] = (uint8_t)rung;
+        if (more) *updates += timeline_seconds(&sim->time, (int64_t)1 << rung) / fmin((double)s->dt[i], sim->time.dt_max);
     }
 }
 
@@ -90,19 +107,78 @@ static void choose_rebuild(struct sim *sim)
     sim->rebuild_rung = rung;
 }
 
+static int64_t count_rows(const struct sim *sim)
+{
+    int64_t rows = 0;
+    for_species(sim, s) rows += s->n;
+    return rows;
+}
+
 static void steps_limit(struct sim *sim, void *state)
 {
-    (void)state;
+    struct steps *steps = state;
+    if (steps->shortest > 0) steps->common += (double)count_rows(sim) * sim->last_dt / steps->shortest;
     for_species(sim, s) if (!sim->failure.set) check_rows(sim, s);
-    double common = sim->time.common ? shortest_step(sim) : 0;
-    for_species(sim, s) if (!sim->failure.set) choose_rungs(sim, s, common);
+    steps->shortest = shortest_step(sim);
+    for_species(sim, s)
+        if (!sim->failure.set) choose_rungs(sim, s, sim->time.common ? steps->shortest : 0, &steps->own);
     if (ranks_failed(sim)) return;
     ranks_share_rows(sim);
     if (timeline_synchronous(&sim->time)) choose_rebuild(sim);
     tree_follow(sim);
 }
 
+static void describe_row(const struct sim *sim, const struct species *s, int64_t i, char *text, size_t size)
+{
+    struct step_reason reason = {sim->time.dt_max, "the longest step"};
+    for (int u = 0; u < sim->n_use; u++)
+        if (sim->use[u].module->reason) sim->use[u].module->reason(sim, sim->use[u].state, s, i, &reason);
+    float *kelvin = s->u ? mem_array("frame", float, s->n) : NULL;
+    bool known = kelvin && layout_temperatures(sim, kelvin);
+    int used = snprintf(text, size, "smallest step %.4g by %s: %s particle %llu", (double)s->dt[i],
+                        reason.dt <= 1.001 * (double)s->dt[i] ? reason.text : "another criterion", species_names[s->kind],
+                        (unsigned long long)s->id[i]);
+    if (s->rho) used += snprintf(text + used, size - (size_t)used, ", rho %.4g", (double)s->rho[i]);
+    if (s->h) used += snprintf(text + used, size - (size_t)used, ", h %.4g", (double)s->h[i]);
+    if (known) snprintf(text + used, size - (size_t)used, ", T %.4g K", (double)kelvin[i]);
+    else if (s->u) snprintf(text + used, size - (size_t)used, ", u %.4g", (double)s->u[i]);
+    mem_free(kelvin);
+}
+
+void steps_log_smallest(struct sim *sim)
+{
+    const struct species *table = NULL;
+    int64_t row = 0;
+    char text[512] = "";
+    for_species(sim, s)
+        for (int64_t a = 0; a < s->n_active; a++) {
+            int64_t i = s->active[a];
+            if (table && s->dt[i] >= table->dt[row]) continue;
+            table = s;
+            row = i;
+        }
+    const double own = table ? (double)table->dt[row] : INFINITY;
+    double least = own, root;
+    comm_min(&least, 1);
+    root = own == least ? comm_rank() : INFINITY;
+    comm_min(&root, 1);
+    if (!isfinite(root)) return;
+    if ((int)root == comm_rank() && table) describe_row(sim, table, row, text, sizeof text);
+    comm_broadcast(text, sizeof text, (int)root);
+    log_line("%s", text);
+}
+
+void steps_log_gain(const struct sim *sim)
+{
+    const struct steps *steps = sim_state(sim, "steps");
+    double own = steps->own;
+    comm_sum(&own, 1);
+    if (sim->time.common || sim->updates == 0 || !(own > 0)) return;
+    log_line("steps of their own: %.2f times fewer updates than common ones; ideal, without powers of two: %.2f (%.0f %%)",
+             steps->common / (double)sim->updates, steps->common / own, 100 * own / (double)sim->updates);
+}
+
 const struct module steps_module = {
     .name = "steps", .doc = "rungs from allowed steps", .kind = MODULE_DRIVER,
-    .hook[HOOK_LIMIT] = steps_limit,
+    .state_bytes = sizeof(struct steps), .saved = saved, .hook[HOOK_LIMIT] = steps_limit,
 };

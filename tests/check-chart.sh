@@ -33,4 +33,11 @@ expect_status 0 tephra chart time orbit.csv repeats=1 n_collapse=0 n_evrard=0 ec
 awk -F, '$4 == 2 { error[$2] = $6; forces[$2] = $5 }
          END { twice = forces["pec twice"] > 1.5 * forces["pec"]
                exit !(twice && error["leapfrog"] < 5e-3 && error["pec"] > 0.1 && error["pec twice"] > 0.06) }' orbit.csv || fail "unexpected: $(cat orbit.csv)"
+# More rows, less error; steps of their own are fewer; what is no key is told as in a scene.
+expect_status 0 tephra chart sph repeats=1 n_sod=0 n_noh=0 n_wave=0 n_sedov=512 refine=1,8 neighbours=50 courant=0.3 \
+    acceleration=0.25 alpha=1 variants='balsara=off count=smooth+alpha=0.8'
+awk -F, '$2 == "n" { error[$3] = $7 } $2 == "steps" { common = $9 } $3 == "0.3" { own = $9 } $2 == "variant" { n++ }
+         END { exit !(error[8] < 0.75 * error[1] && own < 0.7 * common && n == 2) }' sph.csv || fail "unexpected: $(cat sph.csv)"
+expect_status 2 tephra chart sph other.csv repeats=1 n_sod=0 n_noh=0 n_wave=0 n_sedov=64 variants=balsra=off
+expect_text 'did you mean "balsara"' err
 finish

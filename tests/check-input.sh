@@ -109,7 +109,7 @@ cat >cloud.yml <<'Y'
 units: {length: pc, mass: Msun, velocity: km/s}
 start: {generator: evrard, n: 300, mass: 2000 Msun, radius: 3 pc}
 time: {end: 0.1 Myr}
-output: {snapshot_every: 0.1 Myr}
+output: {snapshot_every: 0.1 Myr, energy_every: 6.25 kyr}
 gravity: {softening: 0.05 pc}
 sph: {}
 Y

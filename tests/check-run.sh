@@ -14,6 +14,13 @@ for k in 0 1 2 3 4; do same one/snapshot_00$k.hdf5 two/snapshot_00$k.hdf5; done
 cut -d, -f1-10 one/energy.csv >a; cut -d, -f1-10 two/energy.csv >b
 cmp -s a b || fail "energies differ on 1 and 2 threads"
 
+# What limits the steps, and what steps of their own save: told as measured, beside the ideal.
+expect_text '^smallest step .* by sph.courant: gas particle [0-9]*, rho .*, h .*, u ' one/log.txt
+awk '/^steps of their own: / { taken = $5; ideal = $17 } END { exit !(taken > 1.2 && ideal >= taken && ideal < 2 * taken) }' one/log.txt ||
+    fail "no sensible gain of steps: $(tail -n 1 one/log.txt)"
+expect_status 0 tephra run "$scene" --set start.n=500 --set time.end=0.1 --set sph.acceleration=0.01 --out slow
+expect_text '^smallest step .* by sph.acceleration: ' slow/log.txt
+
 # What a run leaves.
 for f in used.yml log.txt energy.csv profile.csv checkpoint.hdf5 picture_000.png; do
     [ -s one/$f ] || fail "$f is not there"

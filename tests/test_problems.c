@@ -5,7 +5,7 @@
 #include "ics/lattice.h"
 #include "mem.h"
 #include "module.h"
-#include "references/exact.h"
+#include "ics/exact.h"
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>

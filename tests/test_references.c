@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * The references themselves: exact flows against published numbers and conservation laws, the collapse
  * of a sphere against the values that finer and finer meshes of an independent program gave. */
-#include "references/exact.h"
+#include "ics/exact.h"
 #include "references/lagrange_1d.h"
 #include <math.h>
 #include <setjmp.h>

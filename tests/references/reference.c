@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * The reference solutions as a program, for scripts and plots. Exact flows are asked for at the
  * coordinates on standard input; all answers are CSV. */
-#include "exact.h"
+#include "ics/exact.h"
 #include "lagrange_1d.h"
 #include <stdio.h>
 #include <stdlib.h>

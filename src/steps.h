@@ -1,0 +1,13 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * What the log tells of time steps. */
+#ifndef TEPHRA_STEPS_H
+#define TEPHRA_STEPS_H
+
+struct sim;
+
+/* The smallest step of all rows that are active now: its criterion and its row. On every rank. */
+void steps_log_smallest(struct sim *sim);
+/* At the end of a run: the updates that common steps, each as long as its shortest row allows, would have taken
+ * over those done; beside it the same where every row takes just the step that it is allowed. On every rank. */
+void steps_log_gain(const struct sim *sim);
+#endif
