@@ -40,6 +40,7 @@ static void measure(struct sim *sim, int64_t repeats, double *least)
     bool fine = run_step(sim, HOOK_LIMIT);
     for (int64_t k = 0; k < repeats && fine; k++) {
         spent(sim, before);
+        sim->rebuild_next = true;
         fine = run_step(sim, HOOK_LIMIT);
         spent(sim, after);
         for (int u = 0; u < sim->n_use; u++) least[u] = fmin(least[u], after[u] - before[u]);
