@@ -50,7 +50,8 @@ static const struct param params[] = {
     {"precision", PARAM_CHOICE, "", "float", 0, 0, "float|double",
      "of pair forces; double only with solver direct, as a reference", true, offsetof(struct gravity, precision)},
     {"time_step", PARAM_REAL, "", "0.1", 1e-4, 10, NULL,
-     "eta of the longest step eta sqrt(2 eps/|a|) of rows without a smoothing length (eps: Plummer's)", true,
+     "eta of the longest step eta sqrt(2 eps/|a|) of rows without a smoothing length (eps: Plummer's); on the front of "
+     "doc/charts/time.csv: cold collapse, leapfrog", true,
      offsetof(struct gravity, time_step)},
     {0}
 };
