@@ -67,7 +67,7 @@ static void declare(struct sim *sim, void *state)
     struct cooling *cooling = state;
     const struct sph *sph = sim_state(sim, "sph");
     bool koyama = cooling->curve == KOYAMA_INUTSUKA;
-    if (sph->eos == SPH_ISOTHERMAL)
+    if (sph->eos != SPH_ADIABATIC)
         problems_add(&sim->problems, "cooling needs gas with an energy equation: sph.eos is isothermal");
     if (!sim->units.physical)
         problems_add(&sim->problems, "cooling needs physical units, such as units: {length: kpc, mass: 1e10 Msun, "

@@ -48,7 +48,7 @@ static double mix(struct sim *sim, int32_t j, double mass, const double vel[3])
 static void wish(const struct sim *sim, const struct sph *sph, int32_t j, struct deposit_wishes *wishes)
 {
     const struct species *gas = &sim->species[GAS];
-    double step = sph->courant * (double)gas->h[j] / (2 * (double)sph_sound_speed(sph, gas->u[j]));
+    double step = sph->courant * (double)gas->h[j] / (2 * (double)sph_sound_speed(sph, gas->u[j], gas->rho[j]));
     int rung = timeline_rung(&sim->time, step);
     if (rung < 0 || rung >= gas->rung[j]) return;
     if (wishes->n == wishes->capacity) {

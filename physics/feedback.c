@@ -75,7 +75,7 @@ static void declare(struct sim *sim, void *state)
     for (int s = 0; s < 2; s++)
         for (int c = FIRST_ELEMENT; c < END_ELEMENTS; c++) species_need(&sim->species[kinds[s]], (enum column)c);
     for (int c = 0; c < 3; c++) species_need(&sim->species[STAR], of_stars[c]);
-    if (sph->eos == SPH_ISOTHERMAL)
+    if (sph->eos != SPH_ADIABATIC)
         problems_add(&sim->problems, "feedback needs gas with an energy equation: sph.eos is isothermal");
     if (!sim->units.physical) problems_add(&sim->problems, "feedback needs physical units: this scene is dimensionless");
     if (isnan(feedback->discrete)) feedback->discrete = 1e3 * CONST_M_SUN / sim->units.mass;

@@ -69,7 +69,7 @@ static void declare(struct sim *sim, void *state)
     sim->species[STAR].grows = true;
     species_need(&sim->species[GAS], COLUMN_children);
     species_need(&sim->species[GAS], COLUMN_collapse);
-    if (sph->eos == SPH_ISOTHERMAL)
+    if (sph->eos != SPH_ADIABATIC)
         problems_add(&sim->problems, "star_formation needs gas with an energy equation: sph.eos is isothermal");
     if (!sim->units.physical)
         problems_add(&sim->problems, "star_formation needs physical units: this scene is dimensionless");

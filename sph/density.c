@@ -56,7 +56,7 @@ void sph_finish_density(const struct sim *sim, const struct sph *sph, int32_t i,
     gas->curl_v[i] = curl;
     if (sph->grad_h) gas->omega[i] = omega;
     if (!gas->balsara) return;
-    float c = sph_sound_speed(sph, gas->u ? gas->u[i] : 0);
+    float c = sph_sound_speed(sph, gas->u ? gas->u[i] : 0, rho);
     gas->balsara[i] = sph->balsara ? balsara_of(sph, div, curl, c, h) : 1;
     if (sph->strength == SPH_CONSTANT) return;
     /* Nothing is known of the rate at the start: full strength there. */

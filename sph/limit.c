@@ -40,7 +40,7 @@ void sph_reason(const struct sim *sim, const void *state, const struct species *
 {
     const struct sph *sph = state;
     if (gas->kind != GAS) return;
-    double h = (double)gas->h[i], c = (double)sph_sound_speed(sph, gas->u ? gas->u[i] : 0);
+    double h = (double)gas->h[i], c = (double)sph_sound_speed(sph, gas->u ? gas->u[i] : 0, gas->rho[i]);
     double a = norm((double)gas->acc[i][0], (double)gas->acc[i][1], (double)gas->acc[i][2]);
     if (sim->time.classic) {
         lessen_classic(step, gas, i, c, a);

@@ -40,13 +40,16 @@ static const struct param params[] = {
     {"balsara_epsilon", PARAM_REAL, "", "1e-4", 0, 1, NULL,
      "keeps the Balsara factor from 0/0: epsilon c/h beside div v and curl v", true,
      offsetof(struct sph, balsara_epsilon)},
-    {"eos", PARAM_CHOICE, "", "adiabatic", 0, 0, "adiabatic|isothermal",
-     "adiabatic: P = (gamma - 1) rho u; isothermal: P = c^2 rho without an energy equation", false,
+    {"eos", PARAM_CHOICE, "", "adiabatic", 0, 0, "adiabatic|isothermal|barotropic",
+     "adiabatic: P = (gamma - 1) rho u; without an energy equation isothermal: P = c^2 rho; "
+     "barotropic: c^2 rho [1 + (rho/stiff_density)^(2/3)]", false,
      offsetof(struct sph, eos)},
     {"gamma", PARAM_REAL, "", "1.6666666666666667", 1.0001, 10, NULL, "adiabatic index", false,
      offsetof(struct sph, gamma)},
-    {"sound_speed", PARAM_REAL, "velocity", "none", 1e-300, 1e300, NULL, "of isothermal gas", false,
+    {"sound_speed", PARAM_REAL, "velocity", "none", 1e-300, 1e300, NULL, "of isothermal gas; of thin barotropic gas", false,
      offsetof(struct sph, sound_speed)},
+    {"stiff_density", PARAM_REAL, "density", "none", 1e-300, 1e300, NULL,
+     "barotropic gas resists compression beyond this density", false, offsetof(struct sph, stiff_density)},
     {"courant", PARAM_REAL, "", "0.3", 0.001, 2, NULL,
      "C in the step C h / (signal velocity); on the front of doc/charts/time.csv: Evrard, leapfrog", true,
      offsetof(struct sph, courant)},
@@ -67,9 +70,12 @@ static void check_values(struct sim *sim, const struct sph *sph)
 {
     struct problems *problems = &sim->problems;
     if (sph->eos == SPH_ADIABATIC && !isnan(sph->sound_speed))
-        problems_add(problems, "sph.sound_speed has a meaning only with sph.eos: isothermal");
-    if (sph->eos == SPH_ISOTHERMAL && isnan(sph->sound_speed))
-        problems_add(problems, "sph.eos: isothermal needs sph.sound_speed");
+        problems_add(problems, "sph.sound_speed has a meaning only with sph.eos: isothermal or barotropic");
+    if (sph->eos != SPH_ADIABATIC && isnan(sph->sound_speed))
+        problems_add(problems, "sph.eos: %s needs sph.sound_speed", sph->eos == SPH_ISOTHERMAL ? "isothermal" : "barotropic");
+    if (isnan(sph->stiff_density) == (sph->eos == SPH_BAROTROPIC))
+        problems_add(problems, sph->eos == SPH_BAROTROPIC ? "sph.eos: barotropic needs sph.stiff_density"
+                               : "sph.stiff_density has a meaning only with sph.eos: barotropic");
     if (sph->grad_h && sph->count != SPH_SMOOTH)
         problems_add(problems, "sph.grad_h: on needs sph.count: smooth, where h follows the density");
     if (sph->equation == SPH_ENTROPY && !sph->grad_h)
@@ -92,7 +98,7 @@ static void declare(struct sim *sim, void *state)
         species_need(gas, COLUMN_du);
     }
     check_values(sim, sph);
-    sim->energy_open = sph->eos == SPH_ISOTHERMAL;  /* what keeps the temperature takes energy away */
+    sim->energy_open = sph->eos != SPH_ADIABATIC;   /* what keeps the temperature takes energy away */
     tree_need(&sim->tree, NODE_h_max, 1);
     sph->loops = loops[isa_now()];
     sph->meet = sph->grad_h ? (struct sph_meet){0, 2, 2} : (struct sph_meet){1, 0, 1};

@@ -13,9 +13,10 @@
 #define TEPHRA_SPH_H
 #include "lanes.h"
 #include "sim.h"
+#include <math.h>
 
 enum { SPH_BATCH = 512 };
-enum sph_eos { SPH_ADIABATIC, SPH_ISOTHERMAL };
+enum sph_eos { SPH_ADIABATIC, SPH_ISOTHERMAL, SPH_BAROTROPIC };
 enum sph_count { SPH_EXACT, SPH_SMOOTH };
 enum sph_equation { SPH_ENERGY, SPH_ENTROPY };
 enum sph_viscosity_kind { SPH_MONAGHAN, SPH_SIGNAL };
@@ -41,7 +42,7 @@ struct sph {
     int64_t neighbours, group_size;
     int count, eos, preset, kernel, equation, viscosity, strength;
     bool balsara, grad_h;
-    double alpha, beta, alpha_min, epsilon, balsara_epsilon, gamma, sound_speed, h_min, courant, acceleration;
+    double alpha, beta, alpha_min, epsilon, balsara_epsilon, gamma, sound_speed, stiff_density, h_min, courant, acceleration;
     /* State. */
     const struct sph_loops *loops;
     struct sph_meet meet;           /* which pairs meet */
@@ -147,9 +148,20 @@ static inline float sph_h_expected(const struct sim *sim, int64_t i, float t)
     return gas->h[i] * (1 + growth * (1 + 0.5f * growth));
 }
 
-/* Sound speed of gas with specific internal energy u (ignored if isothermal). */
-static inline float sph_sound_speed(const struct sph *sph, float u)
+/* Gas without an energy equation: P/rho = c^2, or c^2 [1 + (rho/rho_a)^(2/3)]: isothermal up to about rho_a, adiabatic
+ * with gamma = 5/3 beyond (as Bate, Bonnell & Bromm 2003, MNRAS 339, 577, but without a corner). */
+static inline float sph_stiffening(const struct sph *sph, float rho)
 {
-    return sph->eos == SPH_ISOTHERMAL ? (float)sph->sound_speed : sqrtf((float)(sph->gamma * (sph->gamma - 1)) * u);
+    if (sph->eos != SPH_BAROTROPIC) return 0;
+    float part = cbrtf(rho / (float)sph->stiff_density);
+    return part * part;
+}
+
+/* Sound speed of gas with specific internal energy u (ignored without an energy equation) and density rho (which counts in
+ * barotropic gas alone): the root of dP/drho. */
+static inline float sph_sound_speed(const struct sph *sph, float u, float rho)
+{
+    if (sph->eos == SPH_ADIABATIC) return sqrtf((float)(sph->gamma * (sph->gamma - 1)) * u);
+    return (float)sph->sound_speed * sqrtf(1 + 5.0f / 3 * sph_stiffening(sph, rho));
 }
 #endif

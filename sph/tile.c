@@ -74,8 +74,8 @@ static inline struct sph_state state_row(const struct sim *sim, const struct sph
 {
     const struct species *gas = &sim->species[GAS];
     float u = 0, rho = sph_rho_now(sim, i), p;
-    if (sph->eos == SPH_ISOTHERMAL) {
-        p = (float)(sph->sound_speed * sph->sound_speed) / rho;
+    if (sph->eos != SPH_ADIABATIC) {
+        p = (float)(sph->sound_speed * sph->sound_speed) * (1 + sph_stiffening(sph, rho)) / rho;
     } else {
         float t = (float)row_lag(sim, i), per_rho = (float)(sph->gamma - 1);
         u = gas->u[i];
@@ -84,7 +84,7 @@ static inline struct sph_state state_row(const struct sim *sim, const struct sph
         p = per_rho * u / rho;
     }
     if (sph->grad_h) p /= gas->omega[i];
-    return (struct sph_state){p, rho, 0.5f * sph_sound_speed(sph, u), gas->balsara ? gas->balsara[i] : 1.0f};
+    return (struct sph_state){p, rho, 0.5f * sph_sound_speed(sph, u, rho), gas->balsara ? gas->balsara[i] : 1.0f};
 }
 
 /* The larger of x and 0, without a call (fmax must see NaN) and without a branch that nobody foresees. */

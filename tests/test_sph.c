@@ -589,6 +589,29 @@ static void entropy_is_kept(void **state)
     case_free(sim);
 }
 
+/* P/rho^2 and the speed of sound as the pair forces see them: isothermal while thin, gamma = 5/3 when dense, the
+ * speed of sound the derivative of the pressure between. */
+static void barotropic_gas_stiffens(void **state)
+{
+    (void)state;
+    const char *const settings[] = {"sph.eos=barotropic", "sph.sound_speed=0.3", "sph.stiff_density=10", NULL};
+    struct sim *sim = case_new(SPH_LANES, case_random, settings);
+    struct species *gas = case_gas(sim);
+    case_arrange(sim);
+    int32_t row[SPH_LANES];
+    for (int i = 0; i < SPH_LANES; i++) row[i] = i;
+    for (float rho = 1e-3f; rho < 1e8f; rho *= 10) {
+        struct sph_lanes lanes;
+        for (int i = 0; i < 3; i++) gas->rho[i] = rho * (1 + 0.01f * (float)(i - 1));
+        sph_lanes_state(&lanes, sim, case_sph(sim), (struct sph_region){row, 3});
+        double p[3], c2 = 4 * (double)lanes.half_c[1] * (double)lanes.half_c[1];
+        for (int i = 0; i < 3; i++) p[i] = (double)lanes.p[i] * (double)gas->rho[i] * (double)gas->rho[i];
+        assert_float_equal((p[2] - p[0]) / (0.02 * (double)rho) / c2, 1, 1e-3);
+        assert_float_equal(p[1] / (0.09 * (double)rho), 1 + cbrt(pow((double)rho / 10, 2)), 1e-5 * p[1] / (0.09 * (double)rho));
+    }
+    case_free(sim);
+}
+
 /* The viscosity is at its least where gas has flowed evenly for long, at full strength where it begins
  * to converge, and goes back with time. */
 static void strength_follows_shocks(void **state)
@@ -782,6 +805,7 @@ int main(void)
         cmocka_unit_test(a_border_through_groups_changes_nothing),
         cmocka_unit_test(instruction_sets_agree),
         cmocka_unit_test(isothermal_gas_has_no_energy),
+        cmocka_unit_test(barotropic_gas_stiffens),
         cmocka_unit_test(entropy_is_kept),
         cmocka_unit_test(strength_follows_shocks),
         cmocka_unit_test(steps_of_neighbours_are_close),
