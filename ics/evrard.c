@@ -29,7 +29,7 @@ static void evrard_make(struct sim *sim, const void *state, int64_t n)
     for (int64_t i = 0; i < n; i++)
         for (int k = 0; k < 3; k++) gas->pos[i][k] = evrard->radius * sqrt(norm(ball[i])) * ball[i][k];
     mem_free(ball);
-    rows_centre(gas);
+    rows_centre(rows_all(gas));
     rows_set_u(gas, isnan(evrard->u) ? 0.05 * sim->units.G * evrard->mass / evrard->radius : evrard->u);
 }
 

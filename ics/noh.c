@@ -33,7 +33,7 @@ static void noh_make(struct sim *sim, const void *state, int64_t n)
         }
     }
     mem_free(ball);
-    rows_centre(gas);
+    rows_centre(rows_all(gas));
     rows_set_u(gas, noh->u);
 }
 

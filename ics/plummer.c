@@ -56,7 +56,7 @@ static void plummer_make(struct sim *sim, const void *state, int64_t n)
             table->vel[i][k] *= v;
         }
     }
-    rows_centre(table);
+    rows_centre(rows_all(table));
 }
 
 const struct generator plummer_generator = {

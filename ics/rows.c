@@ -5,18 +5,39 @@
 #include "layout.h"
 #include <math.h>
 
-struct species *rows_make(struct sim *sim, enum species_kind kind, int64_t n, double mass)
+struct rows rows_add(struct sim *sim, enum species_kind kind, int64_t n, double mass)
 {
     struct species *table = &sim->species[kind];
+    const struct rows rows = {table, table->n, n};
     const enum column wanted[] = {COLUMN_pos, COLUMN_vel, COLUMN_mass, COLUMN_id};
     for (size_t c = 0; c < sizeof wanted / sizeof *wanted; c++) species_need(table, wanted[c]);
-    species_reserve(table, n);
+    species_reserve(table, table->n + n);
+    uint64_t id = 1;
+    for_species(sim, s) id += (uint64_t)s->n;
     for (int64_t i = 0; i < n; i++) {
-        table->mass[i] = mass / (double)n;
-        table->id[i] = (uint64_t)i + 1;
+        table->mass[rows.first + i] = mass / (double)n;
+        table->id[rows.first + i] = id + (uint64_t)i;
     }
-    table->n = table->n_own = n;
-    return table;
+    table->n = table->n_own = rows.first + n;
+    return rows;
+}
+
+struct species *rows_make(struct sim *sim, enum species_kind kind, int64_t n, double mass)
+{
+    return rows_add(sim, kind, n, mass).table;
+}
+
+struct rows rows_all(struct species *table) { return (struct rows){table, 0, table->n}; }
+
+void rows_share(int64_t n, int parts, const double *share, int64_t *count)
+{
+    double sum = 0, before = 0;
+    for (int k = 0; k < parts; k++) sum += share[k];
+    for (int k = 0; k < parts; k++) {
+        double after = before + share[k];
+        count[k] = (int64_t)floor((double)n * (after / sum) + 0.5) - (int64_t)floor((double)n * (before / sum) + 0.5);
+        before = after;
+    }
 }
 
 /* Twice, since the first mean carries the rounding of a sum of large terms. */
@@ -31,11 +52,13 @@ static void subtract_mean(double (*x)[3], int64_t n)
     }
 }
 
-void rows_centre(struct species *table)
+void rows_centre(struct rows rows)
 {
-    subtract_mean(table->pos, table->n);
-    subtract_mean(table->vel, table->n);
+    subtract_mean(rows.table->pos + rows.first, rows.n);
+    rows_rest(rows);
 }
+
+void rows_rest(struct rows rows) { subtract_mean(rows.table->vel + rows.first, rows.n); }
 
 void rows_set_u(struct species *table, double u)
 {

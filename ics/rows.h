@@ -4,11 +4,23 @@
 #define TEPHRA_ROWS_H
 #include "sim.h"
 
-/* n rows of the species, the only ones of the simulation, with ids from 1 and equal masses that sum
- * to `mass`; positions, velocities and all else are zero. */
+/* Some rows of a table: those that one part of a model is made of. */
+struct rows { struct species *table; int64_t first, n; };
+
+/* n rows more, with the ids that follow those of all rows there are, from 1 on, and equal masses that sum to
+ * `mass`; positions, velocities and all else are zero. */
+struct rows rows_add(struct sim *sim, enum species_kind kind, int64_t n, double mass);
+/* The same where they are the only ones of their species. */
 struct species *rows_make(struct sim *sim, enum species_kind kind, int64_t n, double mass);
+/* All rows of a table. */
+struct rows rows_all(struct species *table);
 /* Moves equal rows so that their centre of mass and its velocity are zero. */
-void rows_centre(struct species *table);
+void rows_centre(struct rows rows);
+/* Takes the mean velocity away, and leaves the places where they are: where a few far rows decide where the centre of
+ * mass is, a shift would move the dense middle off the origin. */
+void rows_rest(struct rows rows);
+/* Parts of n in proportion to the shares, whole numbers that sum to n. */
+void rows_share(int64_t n, int parts, const double *share, int64_t *count);
 /* Gives every gas row this specific internal energy; nothing to do for other species. */
 void rows_set_u(struct species *table, double u);
 /* The same from a temperature in K: with this mean molecular weight, or, if it is NAN, with that of the module that

@@ -41,7 +41,7 @@ static void uniform_make(struct sim *sim, const void *state, int64_t n)
             if (sigma > 0.0) table->vel[i][k] = sigma * random_normal(&key, 2 + (uint64_t)k);
         }
     }
-    rows_centre(table);
+    rows_centre(rows_all(table));
     rows_set_u(table, isnan(uniform->u) ? 0.05 * depth : uniform->u);
 }
 

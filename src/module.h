@@ -65,6 +65,9 @@ struct generator {
     const char *name, *doc;
     const struct param *params;
     size_t state_bytes;
+    /* Before other blocks are read: start_advise for their keys whose best value follows from the model and n.
+     * Mistakes are told by make. NULL: none. */
+    void (*advise)(struct sim *sim, const void *state, int64_t n);
     /* Fills the species tables with exactly n rows in all; ids from 1. */
     void (*make)(struct sim *sim, const void *state, int64_t n);
 };

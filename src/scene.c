@@ -309,6 +309,14 @@ void scene_free(struct scene *scene)
     mem_free(scene);
 }
 
+bool scene_default(struct scene *scene, const char *block, const char *key, const char *value, const char *place)
+{
+    struct scene_block *found = scene_find(scene, block);
+    if (!found || find_entry(found, key)) return false;
+    set_entry(found, (struct scene_entry){(char *)key, (char *)value, (char *)place, false});
+    return true;
+}
+
 /* --set block.key=value */
 static void set_key(struct scene *scene, const char *name, const char *key, const char *value,
                     struct problems *problems)

@@ -28,6 +28,8 @@ struct scene *scene_new(const char *folder);
 void scene_free(struct scene *scene);
 /* Applies "block.key=value", "block={}" or "block=off". A key of an absent block is a problem. */
 void scene_set(struct scene *scene, const char *assignment, struct problems *problems);
+/* Gives block.key a value unless it has one, or the scene no such block; place: as scene_place shall say it. */
+bool scene_default(struct scene *scene, const char *block, const char *key, const char *value, const char *place);
 struct scene_block *scene_find(const struct scene *scene, const char *block);
 /* Text of block.key, or NULL. */
 const char *scene_value(const struct scene *scene, const char *block, const char *key);

@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * The block `start`. */
 #include "start.h"
+#include "log.h"
 #include "mem.h"
 #include "module.h"
 #include "start_file.h"
+#include <stdio.h>
 #include <string.h>
 
 const struct param start_params[] = {
@@ -64,6 +66,17 @@ void start_read(struct sim *sim)
     if (start->file && start->n >= 0)
         problems_add(&sim->problems, "start.n: has no meaning with start.file");
     sim->seed = (uint64_t)start->seed;
+    if (start->maker && start->maker->advise && sim->problems.count == 0)
+        start->maker->advise(sim, start->maker_state, start->n);
+}
+
+void start_advise(struct sim *sim, const char *block, const char *key, double value)
+{
+    char text[32];
+    snprintf(text, sizeof text, "%.17g", value);
+    if (scene_default(sim->scene, block, key, text, "start.generator"))
+        log_line("%s.%s = %g for %lld rows: advice of the generator %s", block, key, value, (long long)sim->start->n,
+                 sim->start->generator);
 }
 
 void start_load(struct sim *sim)

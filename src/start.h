@@ -19,6 +19,8 @@ extern const struct param start_params[];
 void start_read(struct sim *sim);
 /* Makes or reads the rows, centres ids and tables; sets the time line's start from a file's Time. */
 void start_load(struct sim *sim);
+/* For a generator's advise: a value, in code units, of a key of another block that the scene leaves open. */
+void start_advise(struct sim *sim, const char *block, const char *key, double value);
 void start_free(struct start *start);
 /* The tables that describe the block, for param_write. */
 void start_targets(const struct start *start, struct param_target targets[3]);

@@ -72,7 +72,9 @@ static void orbit_make(struct sim *sim, const void *state, int64_t n)
     }
 }
 
-static const struct generator orbit_generator = {"orbit", "Kepler orbits", orbit_params, sizeof(struct orbit), orbit_make};
+static const struct generator orbit_generator = {
+    .name = "orbit", .doc = "Kepler orbits", .params = orbit_params, .state_bytes = sizeof(struct orbit), .make = orbit_make,
+};
 
 extern const struct module time_module, tree_module, leapfrog_module, pec_module, ranks_module, steps_module, output_module;
 const struct module *const module_list[] = {&time_module, &tree_module, &leapfrog_module, &pec_module, &central_module,

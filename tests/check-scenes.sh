@@ -1,0 +1,46 @@
+#!/bin/sh
+# SPDX-License-Identifier: GPL-3.0-or-later
+# The physical scenes, small: they run, and keep what each of them promises.
+. "$TEPHRA_SOURCE/tests/lib.sh"
+
+# column NAME FILE: the values of a column of energy.csv, whatever its unit.
+column() { awk -F, -v name="$1" 'NR == 1 { for (i = 1; i <= NF; i++) { split($i, w, " "); if (w[1] == name) c = i } next }
+                                 { print $c }' "$2"; }
+
+# A halo in equilibrium stays so: (2 K + 2 U)/-W over a third of a dynamical time of its half-mass radius.
+expect_status 0 tephra run "$TEPHRA_SOURCE/ics/halo.yml" --set start.n=4000 --set time.end=0.2 --set output.snapshot_every=0.1 \
+    --set output.energy_every=0.05 --out halo
+for name in kinetic thermal potential error; do column $name halo/energy.csv >$name; done
+paste kinetic thermal potential error | awk '{ ratio = 2 * ($1 + $2) / -$3
+    if (ratio < 0.96 || ratio > 1.04 || $4 * $4 > 1e-6) { print "virial ratio", ratio, "energy error", $4; exit 1 } }' ||
+    fail "the halo is not in equilibrium"
+expect_status 2 tephra check "$TEPHRA_SOURCE/ics/halo.yml" --set start.dark_cut=none; expect_text 'start.dark_cut' err
+expect_status 2 tephra check "$TEPHRA_SOURCE/ics/halo.yml" --set start.star_profile=plummer; expect_text 'steeper profile' err
+
+# Stars in a fixed potential; what it does not say is refused.
+expect_status 0 tephra run "$TEPHRA_SOURCE/ics/plummer.yml" --set start.n=500 --set time.end=1 --set external={} \
+    --set external.point_mass=0.5 --out fixed
+head -n 1 fixed/energy.csv | grep -q 'external' || fail "no column for the external potential"
+column error fixed/energy.csv | awk '$1 * $1 > 1e-6 { exit 1 }' || fail "energy is lost in an external potential"
+expect_status 2 tephra check "$TEPHRA_SOURCE/ics/plummer.yml" --set external={}; expect_text 'give the mass' err
+expect_status 2 tephra check "$TEPHRA_SOURCE/ics/plummer.yml" --set external.point_mass=1; expect_text 'external' err
+expect_status 2 tephra check "$TEPHRA_SOURCE/ics/plummer.yml" --set external={} --set external.disc_mass=1
+expect_text 'external.disc_height' err
+
+# Colliding clouds: the gas resists from the density on that so many rows resolve (two kernels a Jeans mass; ten times
+# the mean at least), on two ranks of threads alike; momentum stays zero; the log says what is resolved.
+scene=$TEPHRA_SOURCE/ics/cloud_collision.yml
+expect_status 0 tephra check "$scene" --set start.n=131072;             expect_text 'stiff_density = 28[0-9][0-9][.]' err
+expect_text 'the least Jeans mass is .*: resolved' err
+expect_status 0 tephra run "$scene" --set start.n=2000 --set time.end='1 Myr' --out clouds
+expect_text 'stiff_density = 176.8' err
+expect_text 'jeans: t = 1.02.* % of the gas' clouds/log.txt
+grep -q 'stiff_density: 176.8' clouds/used.yml || fail "used.yml does not hold what the generator advised"
+for name in momentum_x momentum_y momentum_z; do column $name clouds/energy.csv; done |
+    awk '{ if ($1 * $1 > 1e-14) { print "momentum", $1; exit 1 } }' || fail "clouds do not keep their momentum"
+expect_status 0 tephra run clouds/used.yml --out again
+same clouds/snapshot_004.hdf5 again/snapshot_004.hdf5
+expect_status 0 tephra check "$scene" --set start.n=500 --set sph.stiff_density=1000 --set start.rotation=0.02 \
+    --set "start.turbulence=0.5 km/s";                                  expect_text 'NOT resolved' err
+expect_status 2 tephra check "$scene" --set sph.eos=adiabatic --set sph.stiff_density=3; expect_text 'barotropic' err
+finish
