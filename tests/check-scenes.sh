@@ -43,4 +43,26 @@ same clouds/snapshot_004.hdf5 again/snapshot_004.hdf5
 expect_status 0 tephra check "$scene" --set start.n=500 --set sph.stiff_density=1000 --set start.rotation=0.02 \
     --set "start.turbulence=0.5 km/s";                                  expect_text 'NOT resolved' err
 expect_status 2 tephra check "$scene" --set sph.eos=adiabatic --set sph.stiff_density=3; expect_text 'barotropic' err
+
+# Clumps at the start: where the density exceeds 50 Msun/pc^3, each cloud within 0.71 pc, 111 Msun (M(r) ~ r^2); with
+# friends as far apart as the clouds they are one, and every dense row is in it.
+cores="--set start.n=4000 --set time.end=1kyr --set output.snapshot_every=1kyr --set clumps.density=50 --set clumps.linking=2"
+expect_status 0 tephra run "$scene" $cores --out cores
+awk -F, 'NR > 1 { n++; if ($3 < 105e-10 || $3 > 117e-10 || $5 * $5 < 4e-6) exit 1 } END { if (n != 2) exit 1 }' cores/clumps_000.csv ||
+    fail "two cores of 111 Msun are not found: $(cat cores/clumps_000.csv)"
+expect_status 0 tephra run "$scene" $cores --set clumps.linking=20 --out one-core
+awk -F, -v rows="$(awk -F, 'NR > 1 { n += $2 } END { print n }' cores/clumps_000.csv)" \
+    'NR == 2 && $2 != rows || NR > 2 { exit 1 }' one-core/clumps_000.csv || fail "distant friends are not one clump"
+
+# A disc galaxy and a merger of two: in equilibrium, momentum and energy kept; what is impossible is refused.
+expect_status 0 tephra run "$TEPHRA_SOURCE/ics/disc.yml" --set start.n=2500 --set time.end='25 Myr' --set output.snapshot_every='12.5 Myr' \
+    --set gravity.softening=0.5 --out disc
+for name in kinetic potential; do column $name disc/energy.csv >$name; done
+paste kinetic potential | awk '{ ratio = 2 * $1 / -$2; if (ratio < 0.94 || ratio > 1.06) { print "virial ratio", ratio; exit 1 } }' ||
+    fail "the disc is not in equilibrium"
+expect_status 0 tephra run "$TEPHRA_SOURCE/ics/merger.yml" --set start.n=2000 --set time.end='20 Myr' --set output.snapshot_every='20 Myr' \
+    --set gravity.softening=1 --set sph=off --set start.gas_mass=0 --out merger
+column error merger/energy.csv | awk '$1 * $1 > 1e-6 { exit 1 }' || fail "the merger loses energy"
+expect_status 2 tephra check "$TEPHRA_SOURCE/ics/merger.yml" --set start.eccentricity=0.5; expect_text 'start.separation' err
+expect_status 2 tephra check "$TEPHRA_SOURCE/ics/disc.yml" --set start.gas_share=none; expect_text 'share' err
 finish

@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Exponential discs of stars and gas in the field of spheres: rotation curve, velocity dispersions, heights. */
+#ifndef TEPHRA_DISC_H
+#define TEPHRA_DISC_H
+#include "equilibrium.h"
+
+/* Surface density mass/(2 pi a^2) exp(-R/a), vertical density ~ sech^2(z/z0). */
+struct disc {
+    double mass, radius, height;    /* gas: its height follows from its temperature */
+    double q;                       /* Toomre's Q of the stars at 2.2 radii, where a disc's own pull is largest */
+    double sound;                   /* gas: sqrt(P/rho) */
+};
+
+struct disc_field {
+    const struct equilibrium *all;  /* spheres, and the discs' mass spread over spheres */
+    int spheres;                    /* parts of `all` that are spheres */
+    const struct disc *disc[2];     /* stars and gas; mass 0: there is none */
+    double sigma;                   /* radial dispersion of the stars at R = 0, before it is softened there */
+};
+
+/* Squared circular speed in the plane: the spheres' G M/R and Freeman's (1970, ApJ 160, 811, eq. 10) discs. */
+double disc_speed2(const struct disc_field *field, double R);
+/* Epicyclic frequency. */
+double disc_kappa(const struct disc_field *field, double R);
+/* Sets sigma from q of the stars. */
+void disc_prepare(struct disc_field *field);
+void disc_fill_stars(const struct disc_field *field, struct rows rows, uint64_t seed, uint64_t stream);
+/* Gas on circles; evenly sown (no noise of random places), z0 from its own weight, the stars' and the spheres'. */
+void disc_fill_gas(const struct disc_field *field, struct rows rows, double gamma);
+#endif
