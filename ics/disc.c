@@ -23,38 +23,85 @@ static double spheres_within(const struct disc_field *field, double r)
     return mass;
 }
 
-double disc_speed2(const struct disc_field *field, double R)
+/* By Hankel's transform, k times S(k) = M/(2 pi) (1 + k^2 a^2)^(-3/2) of an exponential disc. Two layers whose rows are
+ * on the mean d apart in z attract each other in the plane as exp(-k |z - z'|) on the mean, 1/(1 + k d) if the
+ * distances have an exponential distribution; across it as k times the mean of |z - z'| exp(-k |z - z'|), d/(1 + k d)^2. */
+static double spectrum(const struct disc *disc, double k)
 {
-    double v2 = field->all->G * spheres_within(field, R) / R;
-    for (int d = 0; d < 2; d++) {
-        const struct disc *disc = field->disc[d];
-        if (!(disc->mass > 0)) continue;
-        double y = 0.5 * R / disc->radius;  /* I and K with exp(-y) and exp(y) taken out */
-        double in = gsl_sf_bessel_I0_scaled(y) * gsl_sf_bessel_K0_scaled(y)
-                  - gsl_sf_bessel_I1_scaled(y) * gsl_sf_bessel_K1_scaled(y);
-        v2 += 2 * field->all->G * disc->mass / disc->radius * y * y * in;
+    double x = 1 + k * k * disc->radius * disc->radius;
+    return k * disc->mass / (2 * PI) / (x * sqrt(x));
+}
+
+/* Squared speed at R by a disc whose rows are on the mean d away in z: 2 pi G R int k S(k) J1(kR)/(1 + kd) dk. */
+static double disc_alone(const struct disc *disc, double d, double R)
+{
+    const double last = 80 / disc->radius, step = 0.02 / disc->radius;
+    double sum = 0;
+    for (double k = step; k < last; k += step) sum += spectrum(disc, k) / (1 + k * d) * gsl_sf_bessel_J1(k * R);
+    return 2 * PI * R * step * sum;
+}
+
+static double acting_sheet(const struct disc *disc, double R)
+{
+    const double last = 80 / disc->radius, step = 0.02 / disc->radius, d = disc->height;
+    double sum = 0;
+    for (double k = step; k < last; k += step) sum += spectrum(disc, k) / ((1 + k * d) * (1 + k * d)) * gsl_sf_bessel_J0(k * R);
+    return fmax(0, step * sum);
+}
+
+/* Mean distances in z: z0 within a sech^2 layer, ln 2 z0 between it and a thin one. */
+static void make_tables(struct disc_field *field)
+{
+    const struct disc *stars = field->disc[DISC_STARS], *gas = field->disc[DISC_GAS];
+    const double a = stars->mass > 0 ? stars->radius : gas->radius, between = log(2) * stars->height;
+    field->first = log(0.01 * a);
+    field->step = log(60 / 0.01) / (DISC_POINTS - 1);
+#pragma omp parallel for schedule(dynamic, 4)
+    for (int i = 0; i < DISC_POINTS; i++) {
+        const double R = exp(field->first + field->step * i), G = field->all->G;
+        field->speed2[DISC_STARS][i] = field->speed2[DISC_GAS][i] = 0;
+        if (stars->mass > 0) {
+            field->speed2[DISC_STARS][i] += G * disc_alone(stars, stars->height, R);
+            field->speed2[DISC_GAS][i] += G * disc_alone(stars, between, R);
+            field->sheet[i] = acting_sheet(stars, R);
+        }
+        if (gas->mass > 0) {
+            field->speed2[DISC_STARS][i] += G * disc_alone(gas, between, R);
+            field->speed2[DISC_GAS][i] += G * disc_alone(gas, 0, R);
+        }
     }
-    return v2;
+}
+
+static double from_table(const struct disc_field *field, const double *table, double R)
+{
+    double place = fmin(fmax((log(R) - field->first) / field->step, 0), DISC_POINTS - 1.001);
+    int i = (int)place;
+    return table[i] + (place - i) * (table[i + 1] - table[i]);
+}
+
+double disc_speed2(const struct disc_field *field, int layer, double R)
+{
+    return field->all->G * spheres_within(field, R) / R + fmax(0, from_table(field, field->speed2[layer], R));
 }
 
 double disc_kappa(const struct disc_field *field, double R)
 {
-    const double step = 1e-3;
-    double below = disc_speed2(field, R * (1 - step)), above = disc_speed2(field, R * (1 + step));
-    double slope = (above - below) / (2 * step * R);    /* of v^2: kappa^2 = 2 v^2/R^2 + (dv^2/dR)/R */
-    return sqrt(fmax(0, 2 * disc_speed2(field, R) / (R * R) + slope / R));
+    const double ratio = exp(field->step);      /* kappa^2 = 2 v^2/R^2 + (dv^2/dR)/R */
+    double slope = (disc_speed2(field, DISC_STARS, R * ratio) - disc_speed2(field, DISC_STARS, R / ratio)) / (2 * field->step);
+    return sqrt(fmax(0, 2 * disc_speed2(field, DISC_STARS, R) + slope)) / R;
 }
 
 /* The dispersion falls as exp(-R/2a); near the centre as if R were sqrt(R^2 + a^2/8) (Hernquist 1993). */
 static double dispersion(const struct disc_field *field, double R)
 {
-    double a = field->disc[0]->radius;
+    double a = field->disc[DISC_STARS]->radius;
     return field->sigma * exp(-sqrt(R * R + a * a / 8) / (2 * a));
 }
 
 void disc_prepare(struct disc_field *field)
 {
-    const struct disc *stars = field->disc[0];
+    const struct disc *stars = field->disc[DISC_STARS];
+    make_tables(field);
     if (!(stars->mass > 0)) return;
     const double R = 2.2 * stars->radius;
     field->sigma = 1;
@@ -76,18 +123,18 @@ static double radius_of(double x)
 /* z/z0 below which the part x of a sech^2 layer lies. */
 static double height_of(double x) { return atanh(2 * x - 1); }
 
-/* Mean of z K_z over a layer of height z0 in its own field, in that of another layer, and the spheres'. For layers of
- * one height the mean is pi G Sigma z0; a thin layer within a thick one feels 2 pi G Sigma z/z_other. Between them the
- * two forms are joined smoothly. */
+/* Mean of z K_z over a layer of height z0 in its own field, in that of the other layer, and the spheres'. For layers
+ * of one height the mean is pi G Sigma z0; a thin layer within a thick one feels 2 pi G Sigma z/z_other. Between them the
+ * two forms are joined smoothly. The stars' Sigma is the sheet that acts, less than what is there towards the centre. */
 static double pull(const struct disc_field *field, int own, double z0, double R)
 {
-    const struct disc *disc = field->disc[own], *other = field->disc[1 - own];
+    const struct disc *gas = field->disc[DISC_GAS];
     const double G = field->all->G, r = sqrt(R * R + z0 * z0);
-    double sum = PI * G * surface(disc, R) * z0 + mean_square * z0 * z0 * G * spheres_within(field, r) / (r * r * r);
-    if (!(other->mass > 0)) return sum;
-    double thick = own == 0 ? 0 : z0 / other->height, thin = 2 * mean_square * thick;
-    double part = own == 0 ? 2 * log(2) : thin / (1 + (thin - 1) * fmin(thick, 1));     /* gas is a sheet to the stars */
-    return sum + PI * G * surface(other, R) * z0 * part;
+    double sum = mean_square * z0 * z0 * G * spheres_within(field, r) / (r * r * r);
+    double stars = PI * G * z0 * from_table(field, field->sheet, R), layer = gas->mass > 0 ? PI * G * z0 * surface(gas, R) : 0;
+    if (own == DISC_STARS) return sum + stars + 2 * log(2) * layer;     /* gas is a thin sheet to the stars */
+    double thick = z0 / fmax(field->disc[DISC_STARS]->height, z0), thin = 2 * mean_square * thick;
+    return sum + layer + stars * thin / (1 + (thin - 1) * thick);
 }
 
 static void put(const struct rows rows, int64_t i, const double cylinder[3], const double v[3])
@@ -104,17 +151,17 @@ static void put(const struct rows rows, int64_t i, const double cylinder[3], con
 
 void disc_fill_stars(const struct disc_field *field, struct rows rows, uint64_t seed, uint64_t stream)
 {
-    const struct disc *disc = field->disc[0];
+    const struct disc *disc = field->disc[DISC_STARS];
 #pragma omp parallel for
     for (int64_t i = 0; i < rows.n; i++) {
         const struct random key = {seed, (uint64_t)i + 1, 0, stream};
         double R = disc->radius * radius_of(random_uniform(&key, 0)), z = disc->height * height_of(random_uniform(&key, 1));
-        double v2 = disc_speed2(field, R), omega2 = v2 / (R * R), kappa = disc_kappa(field, R);
+        double v2 = disc_speed2(field, DISC_STARS, R), omega2 = v2 / (R * R), kappa = disc_kappa(field, R);
         double ratio = kappa * kappa / (4 * omega2), sigma = dispersion(field, R);
         double drift = sigma * sigma * (1 - ratio - 2 * R / disc->radius);     /* asymmetric drift */
         const double v[3] = {sigma * random_normal(&key, 2),
                              sqrt(fmax(0, v2 + drift)) + sigma * sqrt(ratio) * random_normal(&key, 3),
-                             sqrt(pull(field, 0, disc->height, R)) * random_normal(&key, 4)};
+                             sqrt(pull(field, DISC_STARS, disc->height, R)) * random_normal(&key, 4)};
         put(rows, i, (double[3]){R, 2 * PI * random_uniform(&key, 12), z}, v);
     }
     rows_rest(rows);
@@ -123,31 +170,35 @@ void disc_fill_stars(const struct disc_field *field, struct rows rows, uint64_t 
 /* The height at which the layer's weight is its pressure: <z K_z> = P/rho. */
 static double gas_height(const struct disc_field *field, double R)
 {
-    double low = 0, high = 10 * field->disc[1]->radius, wanted = field->disc[1]->sound * field->disc[1]->sound;
+    double low = 0, high = 10 * field->disc[DISC_GAS]->radius, wanted = field->disc[DISC_GAS]->sound * field->disc[DISC_GAS]->sound;
     for (int i = 0; i < 50; i++) {
         double z0 = 0.5 * (low + high);
-        if (pull(field, 1, z0, R) < wanted) low = z0;
+        if (pull(field, DISC_GAS, z0, R) < wanted) low = z0;
         else high = z0;
     }
     return 0.5 * (low + high);
 }
 
-void disc_fill_gas(const struct disc_field *field, struct rows rows, double gamma)
+void disc_fill_gas(const struct disc_field *field, struct rows rows, double gamma, uint64_t seed, uint64_t stream)
 {
     /* An additive sequence in three dimensions: powers of 1/1.2207..., the root of x^4 = x + 1, leave the fewest gaps
-     * (Roberts 2018; Kronecker). */
-    const double root = 1.2207440846057595, sound2 = field->disc[1]->sound * field->disc[1]->sound;
-    const struct disc *disc = field->disc[1];
+     * (Roberts 2018; Kronecker). Each place is moved at random within its own n^(-1/3), since the sequence alone shows
+     * as spiral arms. */
+    const double root = 1.2207440846057595, sound2 = field->disc[DISC_GAS]->sound * field->disc[DISC_GAS]->sound;
+    const double spacing = cbrt(1 / (double)rows.n);
+    const struct disc *disc = field->disc[DISC_GAS];
 #pragma omp parallel for
     for (int64_t i = 0; i < rows.n; i++) {
+        const struct random key = {seed, (uint64_t)i + 1, 0, stream};
         double x[3], part = 1;
         for (int k = 0; k < 3; k++) {
             part /= root;
-            x[k] = fmod(0.5 + (double)(i + 1) * part, 1.0);
+            x[k] = fmod(0.5 + (double)(i + 1) * part, 1.0) + spacing * (random_uniform(&key, (uint64_t)k) - 0.5);
+            x[k] -= floor(x[k]);
         }
         x[0] = fmin(x[0], 1 - 1e-6);
         x[2] = fmin(fmax(x[2], 1e-6), 1 - 1e-6);
-        double R = disc->radius * radius_of(x[0]), v2 = disc_speed2(field, R) - sound2 * R / disc->radius;
+        double R = disc->radius * radius_of(x[0]), v2 = disc_speed2(field, DISC_GAS, R) - sound2 * R / disc->radius;
         const double v[3] = {0, sqrt(fmax(0, v2)), 0};
         put(rows, i, (double[3]){R, 2 * PI * x[1], gas_height(field, R) * height_of(x[2])}, v);
         if (rows.table->u) rows.table->u[rows.first + i] = (float)(sound2 / (gamma - 1));

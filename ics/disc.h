@@ -11,20 +11,25 @@ struct disc {
     double sound;                   /* gas: sqrt(P/rho) */
 };
 
+enum { DISC_STARS, DISC_GAS, DISC_POINTS = 200 };
+
 struct disc_field {
     const struct equilibrium *all;  /* spheres, and the discs' mass spread over spheres */
     int spheres;                    /* parts of `all` that are spheres */
     const struct disc *disc[2];     /* stars and gas; mass 0: there is none */
     double sigma;                   /* radial dispersion of the stars at R = 0, before it is softened there */
+    double first, step;             /* ln of the first radius of the tables, and of the ratio of the next */
+    double speed2[2][DISC_POINTS];  /* squared circular speed of stars and of gas by the discs alone */
+    double sheet[DISC_POINTS];      /* surface density of the stars that acts across their disc: see disc.c */
 };
 
-/* Squared circular speed in the plane: the spheres' G M/R and Freeman's (1970, ApJ 160, 811, eq. 10) discs. */
-double disc_speed2(const struct disc_field *field, double R);
-/* Epicyclic frequency. */
-double disc_kappa(const struct disc_field *field, double R);
-/* Sets sigma from q of the stars. */
+/* Fills the tables, and sets sigma from q of the stars. */
 void disc_prepare(struct disc_field *field);
+/* Squared circular speed, a mean over the layer of stars or of gas (DISC_STARS, DISC_GAS). */
+double disc_speed2(const struct disc_field *field, int layer, double R);
+/* Epicyclic frequency of the stars. */
+double disc_kappa(const struct disc_field *field, double R);
 void disc_fill_stars(const struct disc_field *field, struct rows rows, uint64_t seed, uint64_t stream);
-/* Gas on circles; evenly sown (no noise of random places), z0 from its own weight, the stars' and the spheres'. */
-void disc_fill_gas(const struct disc_field *field, struct rows rows, double gamma);
+/* Gas on circles; evenly sown (little of the noise of random places), z0 from its own weight, the stars' and the spheres'. */
+void disc_fill_gas(const struct disc_field *field, struct rows rows, double gamma, uint64_t seed, uint64_t stream);
 #endif

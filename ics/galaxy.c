@@ -18,13 +18,17 @@ static bool share_rows(struct sim *sim, const struct galaxy *galaxy, int64_t n, 
     double share[GALAXY_PARTS];
     int given = 0, parts = 0;
     for (int k = 0; k < GALAXY_PARTS; k++) {
-        bool there = galaxy->mass[k] > 0;
+        bool there = galaxy->mass[k] > 0 && !(k == GALAXY_DARK && galaxy->fixed);
         parts += there;
         given += there && !isnan(galaxy->share[k]);
         share[k] = !there ? 0 : isnan(galaxy->share[k]) ? galaxy->mass[k] : galaxy->share[k];
     }
     if (given > 0 && given < parts) {
         problems_add(&sim->problems, "start: give every part of the galaxy a share of the rows, or none");
+        return false;
+    }
+    if (parts == 0) {
+        problems_add(&sim->problems, "start.dark_fixed: there is nothing but the halo: give a disc, gas or a bulge a mass");
         return false;
     }
     rows_share(n, GALAXY_PARTS, share, count);
@@ -77,6 +81,11 @@ void galaxy_advise(struct sim *sim, const struct galaxy *galaxy)
     const char *eos = scene_value(sim->scene, "sph", "eos");
     if (galaxy->mass[GALAXY_GAS] > 0 && sim->units.physical && eos && strcmp(eos, "adiabatic") != 0)
         start_advise(sim, "sph", "sound_speed", sound_speed(sim, galaxy));
+    if (!galaxy->fixed) return;
+    bool nfw = galaxy->form == RADIAL_NFW;
+    start_advise(sim, "external", nfw ? "nfw_mass" : "hernquist_mass", galaxy->mass[GALAXY_DARK]);
+    start_advise(sim, "external", nfw ? "nfw_radius" : "hernquist_radius", galaxy->radius[GALAXY_DARK]);
+    if (nfw) start_advise(sim, "external", "nfw_within", galaxy->cut);
 }
 
 bool galaxy_add(struct sim *sim, const struct galaxy *galaxy, int64_t n, int copy, struct galaxy_rows *made)
@@ -85,6 +94,8 @@ bool galaxy_add(struct sim *sim, const struct galaxy *galaxy, int64_t n, int cop
     bool gas = galaxy->mass[GALAXY_GAS] > 0;
     if (gas && !sim->units.physical)
         problems_add(&sim->problems, "start.gas_temperature: a galaxy with gas needs physical units");
+    if (galaxy->fixed && !scene_find(sim->scene, "external"))
+        problems_add(&sim->problems, "start.dark_fixed: a halo without rows needs a block external (--set external={})");
     if (sim->problems.count > 0 || !share_rows(sim, galaxy, n, count)) return false;
     int spheres = 0;
     struct equilibrium *all = potential(sim, galaxy, &spheres);
@@ -92,8 +103,9 @@ bool galaxy_add(struct sim *sim, const struct galaxy *galaxy, int64_t n, int cop
     double height = isnan(galaxy->height) ? 0.1 * galaxy->radius[GALAXY_DISC] : galaxy->height;
     const struct disc stars = {galaxy->mass[GALAXY_DISC], galaxy->radius[GALAXY_DISC], height, galaxy->q, 0},
                       layer = {galaxy->mass[GALAXY_GAS], galaxy->radius[GALAXY_GAS], 0, 0, sound};
-    struct disc_field field = {all, spheres, {&stars, &layer}, 0};
-    disc_prepare(&field);
+    struct disc_field *field = mem_alloc("generator", sizeof *field);
+    *field = (struct disc_field){.all = all, .spheres = spheres, .disc = {&stars, &layer}};
+    disc_prepare(field);
     bool fine = true;
     made->mass = 0;
     for (int k = 0; k < GALAXY_PARTS; k++) {
@@ -103,10 +115,11 @@ bool galaxy_add(struct sim *sim, const struct galaxy *galaxy, int64_t n, int cop
         snprintf(name, sizeof name, "%s %d", galaxy_names[k], copy);
         made->part[k] = rows_add(sim, kinds[k], count[k], galaxy->mass[k]);
         if (k <= GALAXY_BULGE) fine &= fill_sphere(sim, all, k, &made->part[k], random_stream(name));
-        else if (k == GALAXY_DISC) disc_fill_stars(&field, made->part[k], sim->seed, random_stream(name));
-        else disc_fill_gas(&field, made->part[k], sim_real(sim, "gamma", 5.0 / 3));
+        else if (k == GALAXY_DISC) disc_fill_stars(field, made->part[k], sim->seed, random_stream(name));
+        else disc_fill_gas(field, made->part[k], sim_real(sim, "gamma", 5.0 / 3), sim->seed, random_stream(name));
         made->mass += made->part[k].table->mass[made->part[k].first] * (double)count[k];
     }
+    mem_free(field);
     mem_free(all);
     return fine;
 }

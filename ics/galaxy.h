@@ -11,7 +11,8 @@ extern const char *const galaxy_names[GALAXY_PARTS];
 struct galaxy {
     int form;
     double mass[GALAXY_PARTS], radius[GALAXY_PARTS], share[GALAXY_PARTS];
-    double cut, bulge_cut, height, q, temperature, mu;
+    double cut, height, q, temperature, mu;
+    bool fixed;     /* the halo is a potential of the block external, not rows */
 };
 
 /* The rows of the parameter table of `struct OWNER`, which holds a struct galaxy named galaxy. */
@@ -22,6 +23,9 @@ struct galaxy {
     GALAXYKEY(owner, "dark_mass", "mass", NULL, 1e-30, mass[GALAXY_DARK], "mass of the halo: within the cut for nfw") \
     GALAXYKEY(owner, "dark_radius", "length", NULL, 1e-30, radius[GALAXY_DARK], "its scale radius") \
     GALAXYKEY(owner, "dark_cut", "length", NULL, 1e-30, cut, "from this radius on its density falls exponentially") \
+    {"dark_fixed", PARAM_FLAG, "", "off", 0, 0, NULL, \
+     "the halo is a fixed potential of the block external, whose keys follow, and has no rows", false, \
+     offsetof(struct owner, galaxy.fixed)}, \
     GALAXYKEY(owner, "bulge_mass", "mass", "0", 0, mass[GALAXY_BULGE], "mass of the bulge, a Hernquist sphere of stars") \
     GALAXYKEY(owner, "bulge_radius", "length", "1", 1e-30, radius[GALAXY_BULGE], "its scale radius; it is cut at 15 of them") \
     GALAXYKEY(owner, "disc_mass", "mass", "0", 0, mass[GALAXY_DISC], "mass of the disc of stars") \
@@ -40,7 +44,8 @@ struct galaxy {
 /* The rows of one galaxy, part by part. */
 struct galaxy_rows { struct rows part[GALAXY_PARTS]; double mass; };
 
-/* Gas without an energy equation has the speed of sound of its temperature, unless the scene gives another. */
+/* Gas without an energy equation has the speed of sound of its temperature, the block external the potential of a fixed
+ * halo, unless the scene gives others. */
 void galaxy_advise(struct sim *sim, const struct galaxy *galaxy);
 /* Adds n rows, at rest about the origin, discs in the plane z = 0 and turning towards +z. `copy` tells the random numbers of
  * several galaxies apart. False and problems if the parameters do not make one. */
