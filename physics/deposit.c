@@ -30,25 +30,116 @@ static void find_shares(const struct sim *sim, const struct nearest *nearest, do
     for (int k = 0; k < nearest->n; k++) share[k] = sum > 0 ? share[k] / sum : 1.0 / nearest->n;
 }
 
-/* Velocity by momentum; a sleeping row's place now stays where it is. Returns the heat of mixing. */
-static double mix(struct sim *sim, int32_t j, double mass, const double vel[3])
-{
-    struct species *gas = &sim->species[GAS];
-    double lag = timeline_lag(&sim->time, gas->rung[j], gas->rung0[j]), whole = gas->mass[j] + mass, square = 0;
-    for (int k = 0; k < 3; k++) {
-        double apart = vel[k] - integrate_velocity(gas->vel[j][k], (double)gas->acc[j][k], lag);
-        double kick = mass / whole * apart;
-        gas->vel[j][k] += kick;
-        gas->pos[j][k] -= lag * kick;
-        square += apart * apart;
-    }
-    return 0.5 * gas->mass[j] * mass / whole * square;
-}
-
-static void wish(const struct sim *sim, const struct sph *sph, int32_t j, struct deposit_wishes *wishes)
+static void velocity_now(const struct sim *sim, int32_t j, double vel[3])
 {
     const struct species *gas = &sim->species[GAS];
-    double step = sph->courant * (double)gas->h[j] / (2 * (double)sph_sound_speed(sph, gas->u[j], gas->rho[j]));
+    double lag = timeline_lag(&sim->time, gas->rung[j], gas->rung0[j]);
+    for (int k = 0; k < 3; k++) vel[k] = integrate_velocity(gas->vel[j][k], (double)gas->acc[j][k], lag);
+}
+
+/* A sleeping row's place now stays where it is. */
+static void kick(struct sim *sim, int32_t j, int axis, double change)
+{
+    struct species *gas = &sim->species[GAS];
+    gas->vel[j][axis] += change;
+    gas->pos[j][axis] -= timeline_lag(&sim->time, gas->rung[j], gas->rung0[j]) * change;
+}
+
+/* Velocity by momentum. Returns the heat of mixing. */
+static double mix(struct sim *sim, int32_t j, double mass, const double vel[3])
+{
+    const double old = sim->species[GAS].mass[j], whole = old + mass;
+    double now[3], square = 0;
+    velocity_now(sim, j, now);
+    for (int k = 0; k < 3; k++) {
+        double apart = vel[k] - now[k];
+        kick(sim, j, k, mass / whole * apart);
+        square += apart * apart;
+    }
+    return 0.5 * old * mass / whole * square;
+}
+
+/* Mass, elements and the heat of mixing. */
+static void add_mass(struct sim *sim, const struct deposit *deposit, int32_t j, double share)
+{
+    struct species *gas = &sim->species[GAS];
+    double mass = share * deposit->mass, whole = gas->mass[j] + mass;
+    double heat = mix(sim, j, mass, deposit->vel);
+    gas->u[j] = (float)((gas->mass[j] * (double)gas->u[j] + heat) / whole);
+    gas->mass[j] = whole;
+    for (int c = FIRST_ELEMENT; c < END_ELEMENTS; c++) {
+        double *element = species_column(gas, (enum column)c);
+        if (element) element[j] += share * deposit->element[c - FIRST_ELEMENT];
+    }
+}
+
+/* Stochastic heating (Dalla Vecchia & Schaye 2012): gas that is heated at all becomes so hot that it expands before
+ * it cools. Where there is more energy than heats all rows so, each has its part of it. */
+static double heat_at_random(struct sim *sim, const struct deposit *deposit, const struct nearest *nearest)
+{
+    struct species *gas = &sim->species[GAS];
+    double mass = 0, given = 0;
+    for (int k = 0; k < nearest->n; k++) mass += gas->mass[nearest->row[k]];
+    double chance = deposit->energy / (deposit->rise * mass), rise = deposit->rise * fmax(chance, 1);
+    for (int k = 0; k < nearest->n; k++) {
+        int32_t j = nearest->row[k];
+        if (random_uniform(&deposit->key, (uint64_t)k) > chance) continue;
+        gas->u[j] += (float)rise;
+        given += gas->mass[j] * rise;
+    }
+    return given;
+}
+
+/* Unit vectors away from the deposit, less their weighted mean, times the shares: they sum to zero. */
+static void find_directions(const struct sim *sim, const struct deposit *deposit, const struct nearest *nearest,
+                            const double share[NEAREST_MOST], double away[NEAREST_MOST][3])
+{
+    double mean[3] = {0};
+    for (int k = 0; k < nearest->n; k++) {
+        double r2 = 0;
+        sim_predict(&sim->time, &sim->species[GAS], nearest->row[k], away[k]);
+        for (int x = 0; x < 3; x++) {
+            away[k][x] -= deposit->pos[x];
+            away[k][x] += box_shift(&sim->box, x, away[k][x]);
+            r2 += away[k][x] * away[k][x];
+        }
+        for (int x = 0; x < 3; x++) mean[x] += share[k] * (away[k][x] *= r2 > 0 ? 1 / sqrt(r2) : 0);
+    }
+    for (int k = 0; k < nearest->n; k++)
+        for (int x = 0; x < 3; x++) away[k][x] = share[k] * (away[k][x] - mean[x]);
+}
+
+/* Kinetic energy of the pushes p: A s^2 + B s at the scale s, which is 1 or, where that is more than there is, less. */
+static double push(struct sim *sim, const struct deposit *deposit, const struct nearest *nearest,
+                   const double share[NEAREST_MOST])
+{
+    double away[NEAREST_MOST][3], vel[3], a = 0, b = 0, scale = 1;
+    const double *mass = sim->species[GAS].mass;
+    find_directions(sim, deposit, nearest, share, away);
+    for (int k = 0; k < nearest->n; k++) {
+        velocity_now(sim, nearest->row[k], vel);
+        for (int x = 0; x < 3; x++) {
+            double p = deposit->momentum * away[k][x];
+            a += 0.5 * p * p / mass[nearest->row[k]];
+            b += p * (vel[x] - deposit->vel[x]);
+        }
+    }
+    if (a + b > deposit->energy) scale = 2 * deposit->energy / (b + sqrt(b * b + 4 * a * deposit->energy));
+    for (int k = 0; k < nearest->n; k++)
+        for (int x = 0; x < 3; x++)
+            kick(sim, nearest->row[k], x, scale * deposit->momentum * away[k][x] / mass[nearest->row[k]]);
+    return scale * (scale * a + b);
+}
+
+/* The row's step by the signal velocity that it will have: twice its sound speed and how fast it leaves its place. */
+static void wish(const struct sim *sim, const struct sph *sph, int32_t j, const double from[3],
+                 struct deposit_wishes *wishes)
+{
+    const struct species *gas = &sim->species[GAS];
+    double now[3], apart = 0;
+    velocity_now(sim, j, now);
+    for (int k = 0; k < 3; k++) apart += (now[k] - from[k]) * (now[k] - from[k]);
+    double step = sph->courant * (double)gas->h[j] / (2 * (double)sph_sound_speed(sph, gas->u[j], gas->rho[j]) + sqrt(apart));
     int rung = timeline_rung(&sim->time, step);
     if (rung < 0 || rung >= gas->rung[j]) return;
     if (wishes->n == wishes->capacity) {
@@ -74,28 +165,36 @@ static int ascending(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-void deposit_to_gas(struct sim *sim, const struct deposit *deposit, const struct nearest *nearest,
-                    struct deposit_wishes *wishes)
+static double add_energy(struct sim *sim, const struct deposit *deposit, const struct nearest *nearest,
+                         const double share[NEAREST_MOST])
 {
     struct species *gas = &sim->species[GAS];
+    if (deposit->form == DEPOSIT_JUMPS) return heat_at_random(sim, deposit, nearest);
+    if (deposit->form == DEPOSIT_PUSH) return push(sim, deposit, nearest, share);
+    for (int k = 0; k < nearest->n; k++)
+        gas->u[nearest->row[k]] += (float)(share[k] * deposit->energy / gas->mass[nearest->row[k]]);
+    return deposit->energy;
+}
+
+double deposit_to_gas(struct sim *sim, const struct deposit *deposit, const struct nearest *nearest,
+                      struct deposit_wishes *wishes)
+{
     const struct sph *sph = sim_state(sim, "sph");
-    double share[NEAREST_MOST];
+    double share[NEAREST_MOST], before[NEAREST_MOST][3];
     int32_t sleeping[NEAREST_MOST], n = 0;
     find_shares(sim, nearest, share);
     for (int k = 0; k < nearest->n; k++) {
+        velocity_now(sim, nearest->row[k], before[k]);
+        add_mass(sim, deposit, nearest->row[k], share[k]);
+    }
+    double given = deposit->energy > 0 ? add_energy(sim, deposit, nearest, share) : 0;
+    for (int k = 0; k < nearest->n; k++) {
         int32_t j = nearest->row[k];
-        double mass = share[k] * deposit->mass, whole = gas->mass[j] + mass;
-        double heat = share[k] * deposit->energy + mix(sim, j, mass, deposit->vel);
-        gas->u[j] = (float)((gas->mass[j] * (double)gas->u[j] + heat) / whole);
-        gas->mass[j] = whole;
-        for (int c = FIRST_ELEMENT; c < END_ELEMENTS; c++) {
-            double *element = species_column(gas, (enum column)c);
-            if (element) element[j] += share[k] * deposit->element[c - FIRST_ELEMENT];
-        }
-        if (timeline_active(&sim->time, gas->rung[j])) continue;
-        wish(sim, sph, j, wishes);
+        if (timeline_active(&sim->time, sim->species[GAS].rung[j])) continue;
+        wish(sim, sph, j, before[k], wishes);
         sleeping[n++] = j;
     }
     qsort(sleeping, (size_t)n, sizeof *sleeping, ascending);
     tree_follow_rows(sim, GAS, sleeping, n);
+    return given;
 }

@@ -4,9 +4,22 @@
 #ifndef TEPHRA_DEPOSIT_H
 #define TEPHRA_DEPOSIT_H
 #include "nearest.h"
+#include "random.h"
 
-/* All in code units; the gas goes with velocity vel and no internal energy of its own but `energy`. */
-struct deposit { double vel[3], mass, element[END_ELEMENTS - FIRST_ELEMENT], energy; };
+enum deposit_form {
+    DEPOSIT_HEAT,       /* each row its share */
+    DEPOSIT_JUMPS,      /* at random whole rows, all with the same probability, each by `rise` */
+    DEPOSIT_PUSH        /* radial momentum, as much as the energy allows */
+};
+
+/* All in code units; the gas comes from `pos` with velocity vel and no internal energy of its own but `energy`. */
+struct deposit {
+    double pos[3], vel[3], mass, element[END_ELEMENTS - FIRST_ELEMENT], energy;
+    enum deposit_form form;
+    double rise;                /* JUMPS: of the specific energy */
+    struct random key;          /* JUMPS: draws 0 ... NEAREST_MOST */
+    double momentum;            /* PUSH: sum of the rows' radial momenta */
+};
 
 /* Whether the place from which the rows were looked for lies within the kernel of one of them. */
 bool deposit_reaches(const struct sim *sim, const struct nearest *nearest);
@@ -15,9 +28,10 @@ bool deposit_reaches(const struct sim *sim, const struct nearest *nearest);
 struct deposit_wishes { struct deposit_wish { int32_t row; uint8_t rung; } *list; int64_t n, capacity; };
 
 /* Shares of the rows, m_j W(r_j, h)/sum with 2h the distance of the last. Rows in the midst of their step
- * are changed so that their state now is what it would be after the event; those whose new sound speed
- * asks for shorter steps are added to `wishes`. */
-void deposit_to_gas(struct sim *sim, const struct deposit *deposit, const struct nearest *nearest,
+ * are changed so that their state now is what it would be after the event; those whose new speeds
+ * ask for shorter steps are added to `wishes`. Returns the energy that the rows gained: `energy`, or, of JUMPS and
+ * PUSH, what came of it. */
+double deposit_to_gas(struct sim *sim, const struct deposit *deposit, const struct nearest *nearest,
                     struct deposit_wishes *wishes);
 /* In LIMIT, after sph: lowers the rungs. Forgets the wishes. */
 void deposit_wake(struct sim *sim, struct deposit_wishes *wishes);

@@ -5,6 +5,7 @@
 #include "comm.h"
 #include "constants.h"
 #include "deposit.h"
+#include "layout.h"
 #include "log.h"
 #include "mem.h"
 #include "module.h"
@@ -13,6 +14,7 @@
 #include "ranks.h"
 #include "sph/sph.h"
 #include <math.h>
+#include <string.h>
 
 enum { N_ELEMENTS = END_ELEMENTS - FIRST_ELEMENT };
 
@@ -20,13 +22,18 @@ struct feedback {
     /* Parameters. */
     int imf, snia;
     double binaries, snia_number, efficiency, energy, nebula, portion, discrete, metallicity;
+    double heating, momentum;
     int64_t neighbours;
+    int form;                                   /* enum deposit_form */
     /* State. */
     struct population *population;
     struct deposit_wishes wishes;
+    double rise;                                /* of u by `heating` */
     double years, suns, erg;                    /* code units of time, mass and energy in years, Msun and erg */
-    double injected[N_POPULATION_CAUSES];       /* energy given to the gas since the start, all ranks */
-    double returned[N_POPULATION_CAUSES];       /* mass */
+    /* Since the start, of all ranks: energy given to the gas, mass, events, and their number at the last row of
+     * budget.csv with its time. */
+    double injected[N_POPULATION_CAUSES], returned[N_POPULATION_CAUSES], events[N_POPULATION_CAUSES];
+    double told[N_POPULATION_CAUSES], at;
     double made[N_ELEMENTS];                    /* masses of elements made in stars */
     int64_t unpaid;                             /* times that a star found no gas */
 };
@@ -44,6 +51,14 @@ static const struct param params[] = {
     {"efficiency", PARAM_REAL, "", "0.1", 0, 1, NULL,
      "part of a supernova's energy that the gas receives as heat", true, offsetof(struct feedback, efficiency)},
     {"energy", PARAM_REAL, "", "1e51", 0, 1e54, NULL, "energy of a supernova in erg", true, offsetof(struct feedback, energy)},
+    {"variant", PARAM_CHOICE, "", "thermal", 0, 0, "thermal|stochastic|momentum",
+     "heat for all neighbours; for some, at random, enough to be hot; or radial momentum", true,
+     offsetof(struct feedback, form)},
+    {"heating", PARAM_REAL, "temperature", "3.16e7 K", 1e4, 1e10, NULL,
+     "stochastic: by how much gas is heated (with a mean molecular weight of 0.6)", true, offsetof(struct feedback, heating)},
+    {"momentum", PARAM_REAL, "momentum", "none", 0, 1e300, NULL,
+     "momentum: of a supernova where n_H = 1 cm^-3, falling as n_H^-0.17; default: 2.8e5 Msun km/s (Kim & Ostriker 2015)",
+     true, offsetof(struct feedback, momentum)},
     {"nebula", PARAM_REAL, "", "1e47", 0, 1e54, NULL, "energy of a planetary nebula in erg", true,
      offsetof(struct feedback, nebula)},
     {"neighbours", PARAM_COUNT, "", "50", 1, NEAREST_MOST, NULL, "gas rows that share what a star returns", true,
@@ -61,7 +76,7 @@ static const struct param params[] = {
 };
 
 #define SAVED(field) {#field, offsetof(struct feedback, field), sizeof((struct feedback *)0)->field}
-static const struct saved saved[] = {SAVED(injected), SAVED(returned), SAVED(made), {0}};
+static const struct saved saved[] = {SAVED(injected), SAVED(returned), SAVED(events), SAVED(told), SAVED(at), SAVED(made), {0}};
 #undef SAVED
 
 static const char *const requires[] = {"sph", NULL};
@@ -78,6 +93,7 @@ static void declare(struct sim *sim, void *state)
     if (sph->eos != SPH_ADIABATIC)
         problems_add(&sim->problems, "feedback needs gas with an energy equation: sph.eos is isothermal");
     if (!sim->units.physical) problems_add(&sim->problems, "feedback needs physical units: this scene is dimensionless");
+    if (isnan(feedback->momentum)) feedback->momentum = 2.8e5 * CONST_M_SUN / sim->units.mass * 1e5 / sim->units.velocity;
     if (isnan(feedback->discrete)) feedback->discrete = 1e3 * CONST_M_SUN / sim->units.mass;
 }
 
@@ -107,7 +123,9 @@ static void begin(struct sim *sim, void *state)
     feedback->years = units_cgs(&sim->units, "time") / CONST_YEAR;
     feedback->suns = sim->units.mass / CONST_M_SUN;
     feedback->erg = units_cgs(&sim->units, "energy");
+    feedback->rise = feedback->heating / layout_kelvin(sim);
     if (sim->time.tick > 0 || sim->started) return;
+    feedback->at = timeline_now(&sim->time);
     if (gas->n > 0) enrich(gas, feedback->metallicity);
     if (star->n > 0) enrich(star, feedback->metallicity);
     for (int64_t i = 0; i < star->n; i++) {
@@ -129,7 +147,7 @@ static void end(struct sim *sim, void *state)
 /* What a star row owes, in code units; elements include what its stars were born with. */
 struct due {
     double age, mass, energy, element[N_ELEMENTS], made[N_ELEMENTS];
-    double mass_by[N_POPULATION_CAUSES], energy_by[N_POPULATION_CAUSES];
+    double mass_by[N_POPULATION_CAUSES], energy_by[N_POPULATION_CAUSES], events_by[N_POPULATION_CAUSES];
     struct nearest nearest;
 };
 
@@ -142,14 +160,19 @@ static double draw_number(const struct random *key, uint64_t draw, double mean)
     return number;
 }
 
-/* Energy of the events of one cause; whole supernovae where the population is small. */
-static double energy_of(const struct sim *sim, const struct feedback *feedback, int64_t i, int cause, double number)
+/* Events of one cause where `mean` are expected: whole supernovae where the population is small. */
+static double events_of(const struct sim *sim, const struct feedback *feedback, int64_t i, int cause, double mean)
 {
     const struct species *star = &sim->species[STAR];
     const struct random key = {sim->seed, star->id[i], (uint64_t)sim->time.tick, random_stream("feedback")};
-    if (cause == POPULATION_AGB) return number * feedback->nebula / feedback->erg;
-    if (star->mass_born[i] < feedback->discrete) number = draw_number(&key, (uint64_t)cause, number);
-    return number * feedback->efficiency * feedback->energy / feedback->erg;
+    bool whole = cause != POPULATION_AGB && star->mass_born[i] < feedback->discrete;
+    return whole ? draw_number(&key, (uint64_t)cause, mean) : mean;
+}
+
+/* Energy that the gas receives from each of them, in code units. */
+static double energy_of(const struct feedback *feedback, int cause)
+{
+    return (cause == POPULATION_AGB ? feedback->nebula : feedback->efficiency * feedback->energy) / feedback->erg;
 }
 
 /* False if less than a portion is due. */
@@ -169,7 +192,8 @@ static bool find_due(const struct sim *sim, const struct feedback *feedback, int
     for (int c = 0; c < N_POPULATION_CAUSES; c++) {
         double number = born * feedback->suns * fmax(now[c].number - paid[c].number, 0);
         const double element[N_ELEMENTS] = {now[c].metals - paid[c].metals, now[c].o - paid[c].o, now[c].fe - paid[c].fe};
-        due->energy += due->energy_by[c] = energy_of(sim, feedback, i, c, number);
+        due->events_by[c] = events_of(sim, feedback, i, c, number);
+        due->energy += due->energy_by[c] = due->events_by[c] * energy_of(feedback, c);
         for (int e = 0; e < N_ELEMENTS; e++) due->element[e] += born * fmax(element[e], 0);
     }
     for (int e = 0; e < N_ELEMENTS; e++) due->made[e] = due->element[e] - share[e] * due->mass;
@@ -179,17 +203,31 @@ static bool find_due(const struct sim *sim, const struct feedback *feedback, int
 
 /* --- paying --- */
 
+/* Of the supernovae that are due, at the mean density of the gas around (hydrogen is 76 % of it). */
+static double momentum_of(const struct sim *sim, const struct feedback *feedback, const struct due *due)
+{
+    const struct species *gas = &sim->species[GAS];
+    const double hydrogen = 0.76, power = -0.17, cm = units_cgs(&sim->units, "length");
+    double rho = 0, number = due->events_by[POPULATION_SNII] + due->events_by[POPULATION_SNIA];
+    for (int k = 0; k < due->nearest.n; k++) rho += (double)gas->rho[due->nearest.row[k]] / due->nearest.n;
+    double n_h = hydrogen * rho * sim->units.mass / (cm * cm * cm) / CONST_M_PROTON;
+    return number * feedback->momentum * pow(n_h, power);
+}
+
 static void pay(struct sim *sim, struct feedback *feedback, int64_t i, const struct due *due)
 {
     struct species *star = &sim->species[STAR];
-    struct deposit deposit = {.mass = due->mass, .energy = due->energy};
+    struct deposit deposit = {.mass = due->mass, .energy = due->energy, .form = (enum deposit_form)feedback->form,
+                              .rise = feedback->rise, .momentum = momentum_of(sim, feedback, due),
+                              .key = {sim->seed, star->id[i], (uint64_t)sim->time.tick, random_stream("heating")}};
     if (!deposit_reaches(sim, &due->nearest)) {
         if (feedback->unpaid++ == 0)
             log_line("feedback: star %llu has no gas near: it keeps what is due until it has",
                      (unsigned long long)star->id[i]);
         return;
     }
-    for (int k = 0; k < 3; k++) deposit.vel[k] = star->vel[i][k];
+    memcpy(deposit.pos, star->pos[i], sizeof deposit.pos);
+    memcpy(deposit.vel, star->vel[i], sizeof deposit.vel);
     for (int e = 0; e < N_ELEMENTS; e++) {
         double *element = species_column(star, (enum column)(FIRST_ELEMENT + e));
         deposit.element[e] = due->element[e];
@@ -198,11 +236,12 @@ static void pay(struct sim *sim, struct feedback *feedback, int64_t i, const str
     }
     star->mass[i] -= due->mass;
     star->age_paid[i] = due->age;
+    double given = deposit_to_gas(sim, &deposit, &due->nearest, &feedback->wishes);
     for (int c = 0; c < N_POPULATION_CAUSES; c++) {
-        feedback->injected[c] += due->energy_by[c];
+        if (due->energy > 0) feedback->injected[c] += due->energy_by[c] * (given / due->energy);
         feedback->returned[c] += due->mass_by[c];
+        feedback->events[c] += due->events_by[c];
     }
-    deposit_to_gas(sim, &deposit, &due->nearest, &feedback->wishes);
 }
 
 /* All ranks hold all rows and do the same for all stars: gas of any rank may receive. The search is
@@ -242,6 +281,43 @@ static void energy(struct sim *sim, void *state, struct energy_sink *sink)
     }
 }
 
+/* Own rows. */
+static double element_mass(const struct species *s, enum column element)
+{
+    const double *mass = species_column(s, element);
+    double sum = 0;
+    for (int64_t i = s->own; i < s->own + s->n_own; i++) sum += mass[i];
+    return sum;
+}
+
+/* Rates are the means since the row before. */
+static void budget(struct sim *sim, void *state, struct energy_sink *sink)
+{
+    static const char *const elements[N_ELEMENTS] = {"metals", "oxygen", "iron"};
+    struct feedback *feedback = state;
+    const double one = comm_rank() == 0, now = timeline_now(&sim->time), span = (now - feedback->at) * feedback->years;
+    char name[48];
+    for (int c = 0; c < N_POPULATION_CAUSES; c++) {
+        double rate = span > 0 ? (feedback->events[c] - feedback->told[c]) / span : 0;
+        snprintf(name, sizeof name, "%s_rate [yr^-1]", population_cause_names[c]);
+        sink->add(sink, name, one * rate);
+        snprintf(name, sizeof name, "%s [1]", population_cause_names[c]);
+        sink->add(sink, name, one * feedback->events[c]);
+        snprintf(name, sizeof name, "returned_%s [Msun]", population_cause_names[c]);
+        sink->add(sink, name, one * feedback->returned[c] * feedback->suns);
+        feedback->told[c] = feedback->events[c];
+    }
+    feedback->at = now;
+    for (int e = 0; e < N_ELEMENTS; e++) {
+        snprintf(name, sizeof name, "%s_gas [Msun]", elements[e]);
+        sink->add(sink, name, element_mass(&sim->species[GAS], (enum column)(FIRST_ELEMENT + e)) * feedback->suns);
+        snprintf(name, sizeof name, "%s_star [Msun]", elements[e]);
+        sink->add(sink, name, element_mass(&sim->species[STAR], (enum column)(FIRST_ELEMENT + e)) * feedback->suns);
+        snprintf(name, sizeof name, "%s_made [Msun]", elements[e]);
+        sink->add(sink, name, one * feedback->made[e] * feedback->suns);
+    }
+}
+
 /* A gas row of more than this, heated by its own stars, radiates the heat of supernovae before it can
  * expand: the mass that one supernova heats to 1e6 K with an efficiency of 1 (3/2 k T/(0.6 m_p) = E). */
 static const double heated_mass = 2.4e3;        /* Msun */
@@ -263,6 +339,6 @@ static void warn(struct sim *sim, void *state)
 const struct module feedback_module = {
     .name = "feedback", .doc = "stars return mass, elements and energy to the gas", .kind = MODULE_BLOCK,
     .params = params, .requires = requires, .state_bytes = sizeof(struct feedback), .saved = saved,
-    .declare = declare, .begin = begin, .end = end, .energy = energy, .warn = warn,
+    .declare = declare, .begin = begin, .end = end, .energy = energy, .budget = budget, .warn = warn,
     .hook = {[HOOK_EVENT] = event, [HOOK_LIMIT] = limit},
 };

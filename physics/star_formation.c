@@ -25,7 +25,7 @@ struct star_formation {
     /* State. */
     double rho_least;           /* density above which stars form */
     double gas_mass;            /* mean mass of a gas row at the start */
-    double formed;              /* mass of all stars formed */
+    double formed, told, at;    /* mass of all stars formed, and at the last row of budget.csv with its time */
     double thermal, bound;      /* thermal energy that went with it; depth of the wells of rows with their stars */
 };
 
@@ -51,7 +51,7 @@ static const struct param params[] = {
 };
 
 #define SAVED(field) {#field, offsetof(struct star_formation, field), sizeof(double)}
-static const struct saved saved[] = {SAVED(gas_mass), SAVED(formed), SAVED(thermal), SAVED(bound), {0}};
+static const struct saved saved[] = {SAVED(gas_mass), SAVED(formed), SAVED(told), SAVED(at), SAVED(thermal), SAVED(bound), {0}};
 #undef SAVED
 
 static const char *const requires[] = {"sph", NULL};
@@ -84,6 +84,7 @@ static void begin(struct sim *sim, void *state)
     if (sim_state(sim, "gravity") && gravity_contact(sim, GAS, STAR) == 0)
         fail(STATUS_INPUT, "star_formation: a star begins at the place of its gas: gravity.softening must be above 0");
     if (sf->gas_mass > 0) return;
+    sf->at = timeline_now(&sim->time);
     for (int64_t i = 0; i < gas->n; i++) {
         sf->gas_mass += gas->mass[i] / (double)gas->n;
         if (gas->id[i] >> BIRTH_BIT)
@@ -230,6 +231,18 @@ static void energy(struct sim *sim, void *state, struct energy_sink *sink)
     if (gravity) sink->add(sink, "booked_stars_bound", comm_rank() == 0 ? sf->bound : 0);
 }
 
+/* The rate is the mean since the row before. */
+static void budget(struct sim *sim, void *state, struct energy_sink *sink)
+{
+    struct star_formation *sf = state;
+    const double sun = sim->units.mass / CONST_M_SUN, year = units_cgs(&sim->units, "time") / CONST_YEAR;
+    double now = timeline_now(&sim->time), rate = now > sf->at ? (sf->formed - sf->told) / (now - sf->at) * sun / year : 0;
+    sink->add(sink, "sfr [Msun yr^-1]", comm_rank() == 0 ? rate : 0);
+    sink->add(sink, "formed [Msun]", comm_rank() == 0 ? sf->formed * sun : 0);
+    sf->told = sf->formed;
+    sf->at = now;
+}
+
 static void warn(struct sim *sim, void *state)
 {
     (void)state;
@@ -241,5 +254,5 @@ static void warn(struct sim *sim, void *state)
 const struct module star_formation_module = {
     .name = "star_formation", .doc = "stars form from collapsing gas", .kind = MODULE_BLOCK,
     .params = params, .requires = requires, .state_bytes = sizeof(struct star_formation), .saved = saved,
-    .declare = declare, .begin = begin, .energy = energy, .warn = warn, .hook = {[HOOK_EVENT] = event},
+    .declare = declare, .begin = begin, .energy = energy, .budget = budget, .warn = warn, .hook = {[HOOK_EVENT] = event},
 };

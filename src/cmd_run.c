@@ -43,8 +43,8 @@ static char *default_folder(const char *scene)
 /* Takes away what a run writes, and nothing else. */
 static void clear_folder(const char *folder)
 {
-    const char *const kinds[] = {"used.yml", "log.txt", "energy.csv", "profile.csv", "clumps_*.csv", "snapshot_*.hdf5",
-                                 "picture_*.png", "checkpoint*.hdf5", "stop"};
+    const char *const kinds[] = {"used.yml", "log.txt", "energy.csv", "budget.csv", "profile.csv", "clumps_*.csv",
+                                 "snapshot_*.hdf5", "picture_*.png", "checkpoint*.hdf5", "stop"};
     log_warning("%s: taking away the files of the run before (--force)", folder);
     for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++) cmd_remove_files(folder, kinds[k]);
 }
@@ -156,7 +156,8 @@ static int fresh(const struct cmd_options *options)
 static int again(const struct cmd_options *options)
 {
     char *folder = text_join(options->restart, ""), *used = text_join(folder, "/used.yml");
-    char *checkpoint = text_join(folder, "/checkpoint.hdf5"), *energies = text_join(folder, "/energy.csv");
+    char *checkpoint = text_join(folder, "/checkpoint.hdf5"), *energies = text_join(folder, "/energy.csv"),
+         *budget = text_join(folder, "/budget.csv");
     if (access(checkpoint, R_OK) != 0)
         fail(STATUS_INPUT, "%s: cannot be read: %s (--restart takes the directory of a run, and a checkpoint.previous.hdf5 "
              "in it may be given this name)", checkpoint, strerror(errno));
@@ -171,13 +172,14 @@ static int again(const struct cmd_options *options)
     sim->started = sim->rebuild_next = true;
     output_advise(sim);
     energy_trim(sim, energies);
+    energy_trim(sim, budget);
     open_log(sim, true);
     write_used(sim);
     log_line("going on from t = %g", timeline_now(&sim->time));
     if (sim->time.tick >= sim->time.tick_end) log_line("the run is finished: nothing to do");
     int status = go(sim, options);
-    char *const texts[] = {folder, used, checkpoint, energies};
-    for (int i = 0; i < 4; i++) mem_free(texts[i]);
+    char *const texts[] = {folder, used, checkpoint, energies, budget};
+    for (int i = 0; i < 5; i++) mem_free(texts[i]);
     return status;
 }
 

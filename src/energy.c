@@ -78,7 +78,12 @@ void energy_measure(struct sim *sim, struct energy *energy)
     comm_sum(energy->mass, N_SPECIES);
     energy->total = 0;
     for (int i = 0; i < energy->n; i++) energy->total += energy->value[i];
-    if (!energy->started) energy->first = energy->total;
+    energy->all = 0;
+    for (int k = 0; k < N_SPECIES; k++) energy->all += energy->mass[k];
+    if (!energy->started) {
+        energy->first = energy->total;
+        energy->all_first = energy->all;
+    }
     energy->started = true;
     energy->error = energy->first != 0 ? (energy->total - energy->first) / fabs(energy->first) : 0;
     energy->worst = fmax(energy->worst, fabs(energy->error));

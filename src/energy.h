@@ -16,13 +16,14 @@ struct energy {
     double value[ENERGY_COLUMNS];
     double total, first, error, worst;          /* worst: largest |error| so far */
     double momentum[3], angular_momentum[3], mass[N_SPECIES];
-    bool started;                               /* first is set */
+    double all, all_first;                      /* mass of all species; at the start */
+    bool started;                               /* first and all_first are set */
 };
 
 /* Sums over all rows of all ranks. Potentials must be fresh. */
 void energy_measure(struct sim *sim, struct energy *energy);
 /* Appends a row to the file; with the header if the file is new. Rank 0 only. */
 void energy_write(const struct sim *sim, const struct energy *energy, const char *path);
-/* Before a run goes on: drops the rows that are later than now. */
+/* Before a run goes on: drops the rows of energy.csv or budget.csv that are later than now. */
 void energy_trim(const struct sim *sim, const char *path);
 #endif

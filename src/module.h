@@ -53,6 +53,8 @@ struct module {
     void (*hook[N_HOOKS])(struct sim *sim, void *state);
     void (*potential)(struct sim *sim, void *state);/* fills pot of all own rows, at full synchronisation */
     void (*energy)(struct sim *sim, void *state, struct energy_sink *sink); /* own rows; summed over ranks */
+    /* Columns of budget.csv, their names with units ("sfr [Msun yr^-1]"); own rows, summed over ranks. */
+    void (*budget)(struct sim *sim, void *state, struct energy_sink *sink);
     void (*temperature)(const struct sim *sim, const void *state, float *kelvin);   /* of all gas rows; NULL = not known */
     /* If the module's LIMIT allows an active row less than reason->dt: its step, and which criterion it is. */
     void (*reason)(const struct sim *sim, const void *state, const struct species *table, int64_t row,

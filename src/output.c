@@ -2,6 +2,7 @@
  * The block `output` and the hook RECORD: where the steps of all rows end
  * energies, snapshots, pictures and checkpoints as they are due; between them a line of progress. */
 #include "output.h"
+#include "budget.h"
 #include "checkpoint.h"
 #include "comm.h"
 #include "log.h"
@@ -34,6 +35,9 @@ static const struct param params[] = {
     {"energy_limit", PARAM_REAL, "", "0.1", 0, 1e300, NULL,
      "the run stops when the energy is off by more than this part of its largest component", true,
      offsetof(struct output, energy_limit)},
+    {"mass_limit", PARAM_REAL, "", "1e-10", 0, 1e300, NULL,
+     "the run stops when the mass of all species together is off by more than this part", true,
+     offsetof(struct output, mass_limit)},
     {0}
 };
 
@@ -123,6 +127,18 @@ static void check_energy(struct sim *sim, const struct output *output)
              timeline_now(&sim->time), energy->total, energy->first, output->energy_limit);
 }
 
+/* Rows exchange mass; what is lost or comes from nowhere is a fault. */
+static void check_mass(struct sim *sim, const struct output *output)
+{
+    const struct energy *energy = &output->energy;
+    double off = fabs(energy->all - energy->all_first);
+    if (sim->failure.set || (isfinite(off) && off <= output->mass_limit * energy->all_first)) return;
+    sim->failure.set = true;
+    snprintf(sim->failure.text, sizeof sim->failure.text,
+             "at t = %g the mass of all rows is %.15g and was %.15g at the start: off by more than output.mass_limit = %g",
+             timeline_now(&sim->time), energy->all, energy->all_first, output->mass_limit);
+}
+
 static void log_state(const struct sim *sim, struct output *output)
 {
     output->logged = profile_wall();
@@ -154,11 +170,15 @@ static void record_energies(struct sim *sim, struct output *output)
     output->recorded = sim->time.tick;
     refresh_potential(sim);
     energy_measure(sim, &output->energy);
-    if (sim->folder) energy_write(sim, &output->energy, in_folder(sim, path, sizeof path, "energy.csv", 0));
+    if (sim->folder) {
+        energy_write(sim, &output->energy, in_folder(sim, path, sizeof path, "energy.csv", 0));
+        budget_write(sim, in_folder(sim, path, sizeof path, "budget.csv", 0));
+    }
     if (due(sim, sim->time.snapshot) || profile_wall() - output->logged > LOG_EVERY) log_state(sim, output);
     else progress(sim);
     if (due(sim, sim->time.snapshot)) steps_log_smallest(sim);
     check_energy(sim, output);
+    check_mass(sim, output);
 }
 
 static void write_files(struct sim *sim, struct output *output)

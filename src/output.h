@@ -6,7 +6,7 @@
 #include "picture.h"
 
 struct output {
-    double snapshot_every, energy_every, picture_every, checkpoint_every, energy_limit;
+    double snapshot_every, energy_every, picture_every, checkpoint_every, energy_limit, mass_limit;
     int snapshot_precision;
     int64_t snapshots, pictures;    /* written so far: the next numbers */
     struct energy energy;

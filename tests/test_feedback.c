@@ -140,6 +140,65 @@ static void test_deposit(void **unused)
     sim_free(sim);
 }
 
+/* A deposit of the given form; what the sums gain. */
+static double deposit_once(struct sim *sim, struct deposit *deposit, double gain[N_SUMS])
+{
+    struct nearest *nearest = mem_alloc("test", sizeof *nearest);
+    struct deposit_wishes wishes = {0};
+    double before[N_SUMS];
+    nearest_gas(sim, deposit->pos, 50, nearest);
+    sum_gas(sim, before);
+    double given = deposit_to_gas(sim, deposit, nearest, &wishes);
+    sum_gas(sim, gain);
+    for (int k = 0; k < N_SUMS; k++) gain[k] -= before[k];
+    mem_free(wishes.list);
+    mem_free(nearest);
+    return given;
+}
+
+/* Rows heated at random: by what they should, in the mean as much as is due; at most what is due if that is much. */
+static void test_jumps(void **unused)
+{
+    (void)unused;
+    struct sim *sim = new_sim(plain);
+    double gain[N_SUMS], mass = sim->species[GAS].mass[0], sum = 0;
+    enum { TRIALS = 400 };
+    assert_true(run_step(sim, HOOK_LIMIT));
+    struct deposit deposit = {.pos = {0.3, 0.7, 0.5}, .form = DEPOSIT_JUMPS, .rise = 1e4};
+    const double jump = mass * deposit.rise;
+    deposit.energy = 3 * jump;
+    for (int trial = 0; trial < TRIALS; trial++) {
+        deposit.key = (struct random){1, (uint64_t)trial, 0, random_stream("test")};
+        double given = deposit_once(sim, &deposit, gain), jumps = given / jump;
+        assert_true(fabs(jumps - rint(jumps)) < 1e-9);
+        assert_true(fabs(gain[ENERGY] - given) <= 1e-4 * jump);     /* u is a float */
+        sum += jumps;
+    }
+    assert_true(fabs(sum / TRIALS - 3) < 4 * sqrt(3.0 / TRIALS));
+    deposit.energy = 500 * jump;
+    assert_true(fabs(deposit_once(sim, &deposit, gain) / deposit.energy - 1) < 1e-12);
+    sim_free(sim);
+}
+
+/* Radial momentum: none in sum, as much as asked or as the energy allows, and the energy told is the energy gained. */
+static void test_push(void **unused)
+{
+    (void)unused;
+    struct sim *sim = new_sim(plain);
+    double gain[N_SUMS];
+    assert_true(run_step(sim, HOOK_LIMIT));
+    struct deposit deposit = {.pos = {0.3, 0.7, 0.5}, .form = DEPOSIT_PUSH, .momentum = 1e-2, .energy = 1e3};
+    double given = deposit_once(sim, &deposit, gain);
+    assert_true(given > 0 && given < deposit.energy);
+    assert_true(fabs(gain[ENERGY] / given - 1) < 1e-9);
+    for (int k = 0; k < 3; k++) assert_true(fabs(gain[MOMENTUM + k]) < 1e-12 * deposit.momentum);
+    deposit.energy = 0.1 * given;
+    assert_true(fabs(deposit_once(sim, &deposit, gain) / deposit.energy - 1) < 1e-9);
+    assert_true(fabs(gain[ENERGY] / deposit.energy - 1) < 1e-6);
+    for (int k = 0; k < 3; k++) assert_true(fabs(gain[MOMENTUM + k]) < 1e-12 * deposit.momentum);
+    sim_free(sim);
+}
+
 /* Gas far away: stars keep their mass and pay all of it when gas is near again. */
 static void test_no_gas(void **unused)
 {
@@ -172,8 +231,26 @@ static void test_no_gas(void **unused)
     sim_free(sim);
 }
 
+/* Mass from nowhere ends the run. */
+static void test_mass_limit(void **unused)
+{
+    (void)unused;
+    struct sim *sim = new_sim(plain);
+    log_silence(true);
+    assert_true(run_step(sim, HOOK_RECORD) && run_step(sim, HOOK_RECORD) && !sim->failure.set);
+    sim->species[GAS].mass[0] *= 1 + 1e-6;
+    while (!sim->failure.set && sim->time.tick < sim->time.tick_end) run_step(sim, HOOK_RECORD);
+    log_silence(false);
+    assert_true(sim->failure.set);
+    assert_non_null(strstr(sim->failure.text, "output.mass_limit"));
+    sim_free(sim);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_nearest), cmocka_unit_test(test_deposit), cmocka_unit_test(test_no_gas)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_nearest), cmocka_unit_test(test_deposit),
+                                       cmocka_unit_test(test_jumps), cmocka_unit_test(test_push),
+                                       cmocka_unit_test(test_no_gas),
+                                       cmocka_unit_test(test_mass_limit)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
