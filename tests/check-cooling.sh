@@ -46,6 +46,16 @@ expect_status 0 tephra run "$TEPHRA_SOURCE/ics/cooling_box.yml" --set start.n=20
 tephra info warm/snapshot_000.hdf5 | grep -q 'Temperature .* 15000 \.\.\. 15000 ' ||
     fail "not at 15000 K: $(tephra info warm/snapshot_000.hdf5 | grep Temperature)"
 
+# Two phases: cold clouds and a warm medium, every row in balance n L = Gamma (Koyama & Inutsuka 2002).
+expect_status 0 tephra run "$TEPHRA_SOURCE/ics/two_phase_box.yml" --set start.n=512 --set "time.end=60 Myr" --out phases
+tephra info phases/snapshot_006.hdf5 | awk '/Temperature/ { exit !($3 < 150 && $5 > 5000) }' ||
+    fail "no two phases: $(tephra info phases/snapshot_006.hdf5 | grep Temperature)"
+
+# A supernova at shell formation: 0.57 of its energy is left, half of it kinetic (0.05 more was there before).
+expect_status 0 tephra run "$TEPHRA_SOURCE/ics/supernova.yml" --set "time.end=0.05 Myr" --set output.energy_every=0.0125Myr --out shell
+tail -n 1 shell/energy.csv | awk -F, '{ erg = 0.005028; exit !($4 > 0.25 * erg && $4 < 0.3 * erg && $5 > 0.32 * erg && $5 < 0.37 * erg) }' ||
+    fail "supernova: $(tail -n 1 shell/energy.csv)"
+
 # Refused and warned.
 sed 's/^units:.*/units: {G: 1}/' ball.yml >plain.yml
 expect_status 2 tephra check plain.yml

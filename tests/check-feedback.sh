@@ -38,6 +38,29 @@ for line in 10 40 0; do
 done
 near "$(column $energies total 0)" "$(column $energies total 2)" 1e-3 || fail "energy: $(column $energies error 0)"
 
+awk -F, 'NR == 1 { for (i = 1; i <= NF; i++) { sub(/ .*/, "", $i); at[$i] = i } next }
+    { for (k = split("metals oxygen iron", name, " "); k > 0; k--) {
+        all = $at[name[k] "_gas"] + $at[name[k] "_star"] - $at[name[k] "_made"]
+        if (NR == 2) first[k] = all
+        d = all / first[k] - 1
+        if (d > 1e-10 || d < -1e-10) { print name[k], d; bad = 1 } } }
+    END { exit bad || NR < 30 }' one/budget.csv || fail "elements are not conserved"
+near "$(column one/budget.csv snii 0)" 497.46 1e-3 || fail "supernovae: $(column one/budget.csv snii 0)"
+cmp -s one/budget.csv half/budget.csv || fail "budget.csv differs after a restart"
+
+# The other ways to give energy: the same on 1 and 2 threads, with books that close.
+for variant in stochastic momentum; do
+    for threads in 1 2; do
+        expect_status 0 tephra run "$scene" $small --set feedback.variant=$variant --set feedback.heating=1e6K \
+            --threads $threads --out $variant$threads
+    done
+    same ${variant}1/snapshot_004.hdf5 ${variant}2/snapshot_004.hdf5
+    near "$(column ${variant}1/energy.csv total 0)" "$(column ${variant}1/energy.csv total 2)" 1e-2 ||
+        fail "energy, $variant: $(column ${variant}1/energy.csv error 0)"
+done
+# Heated at random: 0.25 in the mean, in jumps of 0.0175.
+near "$(column stochastic1/energy.csv injected_snii 0)" -0.25 0.9 || fail "heated: $(column stochastic1/energy.csv injected_snii 0)"
+
 # Oxygen and iron of gas and stars: no less in stars, more in the gas.
 tephra info one/snapshot_004.hdf5 >info
 grep -A30 '^gas' info | grep -m1 Oxygen | awk '{ exit !($5 > 0.0088) }' || fail "no oxygen in the gas: $(grep Oxygen info)"
