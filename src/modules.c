@@ -15,7 +15,7 @@
 #define COMMANDS(X) \
     X(run) X(check) X(ics) X(force_test) X(info) X(compare) X(params) X(chart)
 
-#define CHARTS(X) X(sph) X(step) X(time)
+#define CHARTS(X) X(cooling) X(sph) X(step) X(time)
 
 #define DECLARE(name) extern const struct module name##_module;
 MODULES(DECLARE)

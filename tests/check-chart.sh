@@ -28,6 +28,12 @@ awk -F, '$2 == "sum" { sum = $3 } $2 != "sum" && $1 == 4000 { parts += $3 }
 expect_status 2 tephra chart step n=500;      expect_text 'step.csv: exists already (--force' err
 expect_status 0 tephra chart step n=500 --force
 
+# Cooling over a cooling time: exact within 1e-5 (heated 1e-3), sub-steps of a hundredth within 1e-2; a backward Euler
+# step finds the wrong root.
+expect_status 0 tephra chart cooling repeats=1 n=50 step=1 part=0.01
+awk -F, '/^(cooling|heated),/ { error[$1 $2] = $6 } END { exit !(error["coolingexact"] < 1e-5 && error["heatedexact"] < 1.5e-3 &&
+         error["coolingsub-steps 0.01"] < 0.02 && error["coolingbackward Euler"] > 1) }' cooling.csv || fail "unexpected: $(cat cooling.csv)"
+
 # Ten orbits, e = 0.5, some 770 steps: leapfrog keeps the energy better than pec by far.
 expect_status 0 tephra chart time orbit.csv repeats=1 n_collapse=0 n_evrard=0 eccentricity=0.5 time_step=0.1,0.2
 awk -F, '$4 == 2 { error[$2] = $6; forces[$2] = $5 }
