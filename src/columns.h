@@ -28,8 +28,8 @@
     COLUMN(strength, float,       , KEEP, "1",        "",                "of the artificial viscosity, over sph.alpha") \
     COLUMN(grav,     float,       , KEEP, "V^2 L^-1", "",                "size of the gravitational acceleration when last computed") \
     COLUMN(metals,   double,      , KEEP, "M",        "Metallicity",     "mass fraction of metals (the column itself: their mass)") \
-    COLUMN(mass_o,   double,      , KEEP, "M",        "Oxygen",          "mass fraction of oxygen (the column itself: its mass)") \
-    COLUMN(mass_fe,  double,      , KEEP, "M",        "Iron",            "mass fraction of iron (the column itself: its mass)") \
+    COLUMN(mass_o,   double,      , KEEP, "M",        "OxygenFraction",  "mass fraction of oxygen (the column itself: its mass)") \
+    COLUMN(mass_fe,  double,      , KEEP, "M",        "IronFraction",    "mass fraction of iron (the column itself: its mass)") \
     COLUMN(birth,    double,      , KEEP, "L V^-1",   "StellarFormationTime", "time at which the stars formed") \
     COLUMN(mass_born,double,      , KEEP, "M",        "InitialMass",     "mass of the stars when they formed") \
     COLUMN(age_paid, double,      , KEEP, "L V^-1",   "",                "age up to which the stars have returned what was due") \

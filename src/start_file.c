@@ -36,6 +36,7 @@ static const char *const spellings[][3] = {
     {"InternalEnergy", "InternalEnergies", NULL}, {"SmoothingLength", "SmoothingLengths", NULL},
     {"Density", "Densities", NULL},             {"Potential", "Potentials", NULL},
     {"Acceleration", "Accelerations", NULL},    {"Temperature", "Temperatures", NULL},
+    {"OxygenFraction", "Oxygen", NULL},         {"IronFraction", "Iron", NULL},
 };
 enum { N_SPELLINGS = sizeof spellings / sizeof *spellings };
 
