@@ -11,7 +11,7 @@ grep -q 'X(drag)' modules.c || fail "no list of modules to add to"
 compile() { ${CC:-cc} -std=gnu17 -Wall -Wextra -Werror -I"$TEPHRA_SOURCE/src" -c "$1.c" -o "$1.o" || fail "$1.c does not compile"; }
 compile module
 compile modules
-libraries=$(make -s -C "$TEPHRA_BUILD" --eval='libraries: ; @echo $(TEPHRA_LIBS) $(LIBS)' libraries)
+libraries=$(make -s --no-print-directory -C "$TEPHRA_BUILD" --eval='libraries: ; @echo $(TEPHRA_LIBS) $(LIBS)' libraries)
 (cd "$TEPHRA_BUILD" && ${CC:-cc} -fopenmp src/main.o "$scratch/module.o" "$scratch/modules.o" $libraries -o "$scratch/tephra") ||
     fail "the program with the module does not link"
 

@@ -2,6 +2,7 @@
 # For the tests of the command line: a scratch folder, and expectations with messages.
 set -u
 PATH=$TEPHRA_BUILD:$PATH
+export OMPI_MCA_mpi_yield_when_idle=1   # ranks that wait leave the cores to those that work
 scratch=$(mktemp -d "${TMPDIR:-/tmp}/tephra-test.XXXXXX") || exit 99
 trap 'rm -rf "$scratch"' EXIT
 cd "$scratch" || exit 99
