@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * `accuracy`: settings taken from the measured front, and the self-check that holds a run to it. */
+ * The self-check, which holds a run to the accuracy asked. */
 #include "comm.h"
 #include "gravity.h"
 #include "log.h"
@@ -8,30 +8,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-/* Measured on a Plummer sphere of 1e6 rows (doc/benchmarks.md): the cheapest setting whose 99th
- * percentile lies at or below the first column. The self-check does the rest. */
-struct front { double accuracy; int order; double theta, alpha; };
-static const struct front tree_front[] = {
-    {1e-1, 1, 1.10, 0}, {3e-2, 1, 1.00, 0}, {1e-2, 2, 0.80, 0}, {3e-3, 2, 0.60, 0},
-    {1e-3, 2, 0.45, 0}, {1e-4, 2, 0.25, 0}, {0, 0, 0, 0},
-};
-static const struct front fmm_front[] = {
-    {1e-1, 3, 0, 3e-2}, {1e-2, 3, 0, 3e-3}, {3e-3, 4, 0, 1e-3}, {1e-3, 5, 0, 2e-4}, {3e-4, 6, 0, 7e-5},
-    {1e-4, 6, 0, 1.5e-5}, {3e-5, 6, 0, 8e-7}, {1e-5, 6, 0, 1e-7}, {0, 0, 0, 0},
-};
-
-void gravity_settings(struct gravity_opening *o, double accuracy)
-{
-    const struct front *front = o->solver == SOLVER_FMM ? fmm_front : tree_front;
-    while (front[1].accuracy > 0 && accuracy < front->accuracy) front++;
-    o->order = front->order;
-    o->theta = front->theta;
-    /* Between the measured points the error follows the opening. */
-    o->alpha = front->alpha * fmin(1, accuracy / front->accuracy);
-    o->leaf_size = o->solver == SOLVER_FMM ? 64 : 32;
-    o->group_size = o->solver == SOLVER_FMM ? 128 : o->solver == SOLVER_TREE ? 512 : 256;
-}
 
 static int compare_doubles(const void *a, const void *b)
 {
@@ -52,11 +28,12 @@ struct gravity_errors gravity_errors_of(double *error, int64_t n)
     return e;
 }
 
-/* Rows of one species in the sample with their direct sums, and what all own rows had before. */
+/* Rows of one species in the sample with their direct sums, and what all own rows had before: NULL if
+ * that is nothing, as where no module comes before gravity. */
 struct part { int32_t *row; double (*exact)[4]; float (*before)[3]; int64_t n; };
-struct gravity_sample { struct part part[N_SPECIES]; int64_t n; int trials; };
+struct gravity_sample { struct part part[N_SPECIES]; int64_t n; int trials; double last; };    /* last: p99 of the trial before */
 
-enum { SAMPLE = 1024, TRIALS = 4 };
+enum { SAMPLE = 1024, TRIALS = 6 };
 /* A self-check every so many longest steps, a power of two. */
 enum { CHECK_EVERY = 2 };
 
@@ -66,6 +43,21 @@ bool gravity_check_due(const struct sim *sim, const struct gravity *g)
     return g->checked == 0 || (sim->time.tick > 0 && timeline_divides(sim->time.tick, RUNG_TOP + CHECK_EVERY));
 }
 
+static bool is_sampled(const struct sim *sim, const struct gravity *g, const struct species *s, int64_t i, double rows)
+{
+    struct random key = {sim->seed, s->id[i], (uint64_t)g->checked, random_stream("gravity_check")};
+    return random_uniform(&key, 0) * rows < SAMPLE;
+}
+
+static float (*copy_before(const struct species *s))[3]
+{
+    const size_t bytes = (size_t)s->n_own * sizeof *s->acc;
+    bool any = false;
+    for (int64_t i = s->own; i < s->own + s->n_own && !any; i++)
+        any = s->acc[i][0] != 0 || s->acc[i][1] != 0 || s->acc[i][2] != 0;
+    return any ? memcpy(mem_alloc("gravity", bytes), s->acc + s->own, bytes) : NULL;
+}
+
 struct gravity_sample *gravity_check_begin(struct sim *sim, const struct gravity *g)
 {
     struct gravity_sample *sample = mem_alloc("gravity", sizeof *sample);
@@ -73,16 +65,15 @@ struct gravity_sample *gravity_check_begin(struct sim *sim, const struct gravity
     for_species(sim, s) rows += (double)s->n;
     for_species(sim, s) {
         struct part *part = &sample->part[s->kind];
-        part->row = mem_array("gravity", int32_t, s->n_own);
-        for (int64_t i = s->own; i < s->own + s->n_own; i++) {
-            struct random key = {sim->seed, s->id[i], (uint64_t)g->checked, random_stream("gravity_check")};
-            if (random_uniform(&key, 0) * rows < SAMPLE) part->row[part->n++] = (int32_t)i;
-        }
-        part->exact = mem_alloc("gravity", (size_t)part->n * sizeof *part->exact);
-        gravity_direct_rows(sim, g, s, part->row, part->n, part->exact);
-        part->before = mem_alloc("gravity", (size_t)s->n_own * sizeof *part->before);
-        if (s->n_own > 0) memcpy(part->before, s->acc + s->own, (size_t)s->n_own * sizeof *part->before);
-        sample->n += part->n;
+        int64_t n = 0, end = s->own + s->n_own;
+        for (int64_t i = s->own; i < end; i++) n += is_sampled(sim, g, s, i, rows);
+        part->row = mem_array("gravity", int32_t, n);
+        for (int64_t i = s->own; i < end && part->n < n; i++)
+            if (is_sampled(sim, g, s, i, rows)) part->row[part->n++] = (int32_t)i;
+        part->exact = mem_alloc("gravity", (size_t)n * sizeof *part->exact);
+        gravity_direct_rows(sim, g, s, part->row, n, part->exact);
+        part->before = copy_before(s);
+        sample->n += n;
     }
     return sample;
 }
@@ -96,9 +87,9 @@ static void sample_errors(const struct sim *sim, const struct gravity_sample *sa
         const struct part *part = &sample->part[s->kind];
         for (int64_t i = 0; i < part->n; i++, n++) {
             double d2 = 0, a2 = 0;
-            const float *before = part->before[part->row[i] - s->own];
             for (int c = 0; c < 3; c++) {
-                double d = (double)(s->acc[part->row[i]][c] - before[c]) - part->exact[i][c];
+                float before = part->before ? part->before[part->row[i] - s->own][c] : 0;
+                double d = (double)(s->acc[part->row[i]][c] - before) - part->exact[i][c];
                 d2 += d * d;
                 a2 += part->exact[i][c] * part->exact[i][c];
             }
@@ -133,8 +124,12 @@ struct gravity_errors gravity_errors_shared(double *own, int64_t n)
 
 static void take_back(struct sim *sim, const struct gravity_sample *sample)
 {
-    for_species(sim, s)
-        if (s->n_own > 0) memcpy(s->acc + s->own, sample->part[s->kind].before, (size_t)s->n_own * sizeof *s->acc);
+    for_species(sim, s) {
+        const void *before = sample->part[s->kind].before;
+        const size_t bytes = (size_t)s->n_own * sizeof *s->acc;
+        if (before) memcpy(s->acc + s->own, before, bytes);
+        else memset(s->acc + s->own, 0, bytes);
+    }
 }
 
 bool gravity_check_passes(struct sim *sim, struct gravity *g, struct gravity_sample *sample)
@@ -149,6 +144,15 @@ bool gravity_check_passes(struct sim *sim, struct gravity *g, struct gravity_sam
     log_line("gravity: accuracy asked %.1e, measured %.1e (99 %% of %lld rows; median %.1e, largest %.1e), opening scaled by %.3f",
              g->accuracy, e.p99, (long long)e.n, e.median, e.max, g->scale);
     bool tree = g->opening.solver == SOLVER_TREE;
+    /* A closer opening has not helped: forces that nearly cancel need better pairs. */
+    bool rough = gravity_refinement(g) == GRAVITY_ROUGH && g->precision == PRECISION_AUTO;
+    if (rough && e.p99 > g->accuracy && sample->trials > 0 && e.p99 > 0.9 * sample->last) {
+        log_line("gravity: pairs are refined from now on");
+        g->refined = 1;
+        take_back(sim, sample);
+        return false;
+    }
+    sample->last = e.p99;
     if (!isnan(tree ? g->opening_angle : g->tolerance) || !(e.p99 > 0)) return true;
     /* The error goes as alpha, or less steeply, and as the power 2.5 of the angle; changes are bounded. */
     double change = fmin(fmax(aim * g->accuracy / e.p99, 0.25), 4);

@@ -5,31 +5,23 @@
 #include <math.h>
 
 /* Everything before, between and after the group's own rows, in the order of memory. */
-static void add_others(struct walk *w, const struct stage *stage, const struct node *node)
+static void add_others(struct walk *w, const struct node *node)
 {
     for (int k = 0; k < N_SPECIES; k++) {
         const struct species *s = &w->sim->species[k];
-        walk_add_range(w, stage, s, 0, node->first[k]);
-        walk_add_range(w, stage, s, node->first[k] + node->count[k], s->n);
+        walk_add_range(w, s, 0, node->first[k]);
+        walk_add_range(w, s, node->first[k] + node->count[k], s->n);
     }
 }
 
 static void direct_group(struct walk *w, int32_t n)
 {
     const struct node *node = &w->sim->tree.node[n];
-    double centre[3], radius = 0;
-    for (int k = 0; k < 3; k++) {
-        centre[k] = node->pos[k] + 0.5 * ((double)node->high[k] + (double)node->low[k]);
-        radius = fmax(radius, 0.5 * ((double)node->high[k] - (double)node->low[k]));
-    }
-    /* A power of two near the radius, but not so small that squares over the whole set overflow. */
-    int exponent;
-    radius = fmax(radius, ldexp(w->sim->tree.side, -20));
-    frexp(radius, &exponent);
-    struct stage stage = stage_at(w->sim, w->g, centre, radius > 0 ? ldexp(1, exponent) : 1);
-    walk_begin_group(w, &stage, node);
-    add_others(w, &stage, node);
-    walk_end_group(w, &stage);
+    double centre[3];
+    for (int k = 0; k < 3; k++) centre[k] = node->pos[k] + 0.5 * ((double)node->high[k] + (double)node->low[k]);
+    walk_begin_group(w, centre, w->g->unit, node);
+    add_others(w, node);
+    walk_end_group(w);
 }
 
 static void direct_float(struct sim *sim, struct gravity *g, enum gravity_output output)

@@ -23,6 +23,16 @@ static void far_stage(struct tile *tile, const struct gravity_far *far, int from
     }
 }
 
+/* From the unit of the cells to that of pairs. */
+HD void far_promote(struct gravity_targets *t, int i, struct cell_field sum, bool potential)
+{
+    const float area = t->unit * t->unit;
+    simd_promote(t->ax + i, area * sum.x);
+    simd_promote(t->ay + i, area * sum.y);
+    simd_promote(t->az + i, area * sum.z);
+    if (potential) simd_promote(t->depth + i, t->unit * sum.depth);
+}
+
 HD void far_cells(struct gravity_targets *t, const struct gravity_far *far, int quadrupole, bool potential)
 {
     struct tile tile;
@@ -34,7 +44,7 @@ HD void far_cells(struct gravity_targets *t, const struct gravity_far *far, int 
             for (int k = 0; k < 6; k++)
                 q[j][k] = tile.unit[j] * tile.unit[j] * far->moment[(int64_t)far->width * far->list[from + j] + k];
         for (int i = 0; i < t->n; i += LANES) {
-            real x = simd_load(t->x + i), y = simd_load(t->y + i), z = simd_load(t->z + i);
+            real x = t->unit * simd_load(t->x + i), y = t->unit * simd_load(t->y + i), z = t->unit * simd_load(t->z + i);
             struct cell_field sum = { { 0 }, { 0 }, { 0 }, { 0 } };
             for (int j = 0; j < n; j++) {
                 struct cell_vector r = { x - tile.x[j], y - tile.y[j], z - tile.z[j] };
@@ -47,10 +57,7 @@ HD void far_cells(struct gravity_targets *t, const struct gravity_far *far, int 
                 sum.z += f.z;
                 if (potential) sum.depth += f.depth;
             }
-            simd_promote(t->ax + i, sum.x);
-            simd_promote(t->ay + i, sum.y);
-            simd_promote(t->az + i, sum.z);
-            if (potential) simd_promote(t->depth + i, sum.depth);
+            far_promote(t, i, sum, potential);
         }
     }
 }
@@ -92,6 +99,7 @@ HD void far_to_local(float *local, const struct gravity_far *far, int order)
     for (int from = 0; from < far->n; from += CELLS_CHUNK) {
         int n = far->n - from < CELLS_CHUNK ? far->n - from : CELLS_CHUNK;
         struct tile tile;
+        for (int i = 0; i < n; i++) __builtin_prefetch(far->moment + (int64_t)far->width * far->list[from + i]);
         far_stage(&tile, far, from, n);
         for (int i = n; i % LANES != 0; i++) {
             tile.x[i] = tile.y[i] = tile.z[i] = tile.unit[i] = 1;
@@ -108,29 +116,25 @@ HD void far_to_local(float *local, const struct gravity_far *far, int order)
 HD void far_at_targets(struct gravity_targets *t, const float *local, int order)
 {
     for (int i = 0; i < t->n; i += LANES) {
-        struct cell_vector r = { simd_load(t->x + i), simd_load(t->y + i), simd_load(t->z + i) };
-        struct cell_field f = cell_at(local, r, order);
-        simd_promote(t->ax + i, f.x);
-        simd_promote(t->ay + i, f.y);
-        simd_promote(t->az + i, f.z);
-        simd_promote(t->depth + i, f.depth);
+        struct cell_vector r = { t->unit * simd_load(t->x + i), t->unit * simd_load(t->y + i), t->unit * simd_load(t->z + i) };
+        far_promote(t, i, cell_at(local, r, order), true);
     }
 }
 
 /* Rows in lanes. */
-HD void far_of_rows(float *moment, const struct gravity_sources *rows, int order)
+HD void far_of_rows(float *moment, const struct gravity_source *rows, int n_rows, float unit, int order)
 {
     const int terms = CELL_TERMS(order) - CELL_TERMS(2);
     real sum[MOMENTS_MAX + LANES];
     for (int i = 0; i < terms + LANES; i++) sum[i] = real_splat(0);
-    for (int from = 0; from < rows->n; from += CELLS_CHUNK) {
-        int n = rows->n - from < CELLS_CHUNK ? rows->n - from : CELLS_CHUNK;
+    for (int from = 0; from < n_rows; from += CELLS_CHUNK) {
+        int n = n_rows - from < CELLS_CHUNK ? n_rows - from : CELLS_CHUNK;
         struct tile tile;
         for (int i = 0; i < n; i++) {
-            const struct gravity_source row = rows->row[from + i];
-            tile.x[i] = -row.x;
-            tile.y[i] = -row.y;
-            tile.z[i] = -row.z;
+            const struct gravity_source row = rows[from + i];
+            tile.x[i] = -unit * row.x;
+            tile.y[i] = -unit * row.y;
+            tile.z[i] = -unit * row.z;
             tile.mass[i] = row.mass;
         }
         for (int i = n; i % LANES != 0; i++) tile.x[i] = tile.y[i] = tile.z[i] = tile.mass[i] = 0;
@@ -153,7 +157,8 @@ CELLS(quadrupoles, 1, false)
 CELLS(quadrupoles_pot, 1, true)
 
 #define ORDER(n) \
-    static void of_rows_##n(float *moment, const struct gravity_sources *rows) { far_of_rows(moment, rows, n); } \
+    static void of_rows_##n(float *moment, const struct gravity_source *row, int rows, float unit) \
+    { far_of_rows(moment, row, rows, unit, n); } \
     static void to_local_##n(float *local, const struct gravity_far *far) { far_to_local(local, far, n); } \
     static void at_targets_##n(struct gravity_targets *t, const float *local) { far_at_targets(t, local, n); }
 ORDER(3)

@@ -47,8 +47,9 @@ static const struct param params[] = {
     {"leaf_size", PARAM_COUNT, "", "none", 1, 100000, NULL,
      "rows of a cell that is not opened into cells, at most; default: measured", true,
      offsetof(struct gravity, leaf_size)},
-    {"precision", PARAM_CHOICE, "", "float", 0, 0, "float|double",
-     "of pair forces; double only with solver direct, as a reference", true, offsetof(struct gravity, precision)},
+    {"precision", PARAM_CHOICE, "", "auto", 0, 0, "auto|rough|float|double",
+     "of pair forces: rough takes the processor's guess of 1/sqrt as it is; auto does so where the accuracy asked "
+     "allows it; double only with solver direct, as a reference", true, offsetof(struct gravity, precision)},
     {"time_step", PARAM_REAL, "", "0.1", 1e-4, 10, NULL,
      "eta of the longest step eta sqrt(2 eps/|a|) of rows without a smoothing length (eps: Plummer's); on the front of "
      "doc/charts/time.csv: cold collapse, leapfrog", true,
@@ -94,15 +95,25 @@ double gravity_contact(const struct sim *sim, enum species_kind a, enum species_
  * machines measured) is below that of a walk with lists (0.5 microseconds). */
 enum { DIRECT_ROWS = 2000 };
 
+/* A pair errs by three times the guess of 1/sqrt at most, a sum of many by a hundredth (N = 1e6) or a
+ * tenth (3e4) of that (doc/benchmarks.md), unless it nearly cancels: the self-check sees to that. */
+static enum gravity_refinement refinement_of(const struct gravity *g)
+{
+    enum { MANY = 1000 };
+    const double asked = isnan(g->tolerance) ? g->accuracy : 4 * g->tolerance;  /* 99 % err by 2.5 to 15 tolerances */
+    if (g->precision == PRECISION_ROUGH) return GRAVITY_ROUGH;
+    if (g->precision != PRECISION_AUTO || g->opening.solver == SOLVER_DIRECT || g->rows < MANY) return GRAVITY_REFINED;
+    return 3 * (double)g->kernels->pair->guess_error <= 2 * asked ? GRAVITY_ROUGH : GRAVITY_REFINED;
+}
+
 static void set_opening(struct sim *sim, struct gravity *g)
 {
     struct gravity_opening *o = &g->opening;
     o->solver = (enum gravity_solver)g->solver;
-    if (o->solver == SOLVER_AUTO) {
-        if (g->rows == 0)
-            for_species(sim, s) g->rows += s->n;
+    if (g->rows == 0)
+        for_species(sim, s) g->rows += s->n;
+    if (o->solver == SOLVER_AUTO)
         o->solver = g->rows <= DIRECT_ROWS || g->precision == PRECISION_DOUBLE ? SOLVER_DIRECT : SOLVER_FMM;
-    }
     gravity_settings(o, g->accuracy);
     if (g->order > 0) o->order = (int)g->order;
     if (g->group_size > 0) o->group_size = (int)g->group_size;
@@ -110,6 +121,7 @@ static void set_opening(struct sim *sim, struct gravity *g)
     if (o->leaf_size > o->group_size) o->leaf_size = o->group_size;
     if (!isnan(g->opening_angle)) o->theta = g->opening_angle;
     if (!isnan(g->tolerance)) o->alpha = g->tolerance;
+    g->refinement = refinement_of(g);
 }
 
 static void check_settings(struct sim *sim, struct gravity *g)
@@ -141,16 +153,34 @@ static void declare(struct sim *sim, void *state)
     }
 }
 
-/* The rows are there: the solver may depend on their number. */
-static void begin(struct sim *sim, void *state)
+void gravity_configure(struct sim *sim, struct gravity *g)
 {
-    struct gravity *g = state;
     set_softening(sim, g);
     set_opening(sim, g);
     int width = gravity_moments_width(&g->opening);
+    sim->tree.width[NODE_moment] = 0;
     if (g->opening.solver != SOLVER_DIRECT && width > 0) tree_need(&sim->tree, NODE_moment, width);
-    if (g->opening.leaf_size < sim->tree.leaf_size || sim->tree.leaf_size == 0)
-        tree_need_leaf(&sim->tree, g->opening.leaf_size);
+    tree_need_leaf(&sim->tree, g->opening.leaf_size);
+}
+
+/* What was picked and what it costs; with explicit settings there is nothing to say. */
+static void tell_settings(const struct gravity *g)
+{
+    const struct gravity_opening *o = &g->opening;
+    if (o->solver == SOLVER_DIRECT || g->order > 0 || !isnan(g->opening_angle) || !isnan(g->tolerance)) return;
+    const struct gravity_front *front = gravity_settings_row(o->solver, g->accuracy);
+    log_line("gravity: accuracy %g: %s order %d, %s %.3g, groups of %d, leaves of %d, %s pairs (row \"%s\" of "
+             "doc/charts/gravity.csv: 99 %% err by %.1e at most, %.2f microseconds of CPU a row)", g->accuracy,
+             o->solver == SOLVER_FMM ? "fmm" : "tree", o->order, o->solver == SOLVER_FMM ? "tolerance" : "angle",
+             o->solver == SOLVER_FMM ? o->alpha : o->theta, o->group_size, o->leaf_size,
+             g->refinement == GRAVITY_ROUGH ? "rough" : "refined", front->row, front->p99, front->cpu);
+}
+
+/* The rows are there: the solver may depend on their number. */
+static void begin(struct sim *sim, void *state)
+{
+    gravity_configure(sim, state);
+    tell_settings(state);
 }
 
 static void end(struct sim *sim, void *state)
@@ -160,11 +190,21 @@ static void end(struct sim *sim, void *state)
     direct_engine_free(g->engine);
     mem_free(g->cell);
     mem_free(g->least);
+    gravity_rows_free(g);
+}
+
+/* Squares over the whole set, and powers -3/2 of the squares of close pairs, are still floats. */
+static void set_unit(const struct sim *sim, struct gravity *g)
+{
+    g->unit = ldexp(sim->tree.side, -20);
+    const double length2 = g->far_soft2 / (g->unit * g->unit);
+    g->pair_form = g->form == SOFT_COMMON && length2 < 1e-12 ? SOFT_PLUMMER : g->form;
 }
 
 static void arrange(struct sim *sim, void *state)
 {
     struct gravity *g = state;
+    set_unit(sim, g);
     if (g->opening.solver == SOLVER_DIRECT || sim->tree.n_nodes == 0) return;
     if (g->n_cells != sim->tree.n_nodes || sim->tree.built == sim->time.tick) gravity_moments_build(sim, g);
     else gravity_moments_refit(sim, g);
@@ -203,7 +243,9 @@ static void force(struct sim *sim, void *state)
 
 static void potential(struct sim *sim, void *state)
 {
-    compute(sim, state, OUTPUT_POTENTIAL);
+    struct gravity *g = state;
+    g->epoch++;     /* rows may have moved since the force */
+    compute(sim, g, OUTPUT_POTENTIAL);
 }
 
 static void energy(struct sim *sim, void *state, struct energy_sink *sink)
@@ -265,6 +307,7 @@ static const struct saved saved[] = {
     {"rows", offsetof(struct gravity, rows), sizeof(int64_t)},
     {"known", offsetof(struct gravity, known), sizeof(int64_t)},
     {"checked", offsetof(struct gravity, checked), sizeof(int64_t)},
+    {"refined", offsetof(struct gravity, refined), sizeof(int64_t)},
     {0}
 };
 

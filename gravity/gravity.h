@@ -7,8 +7,11 @@
 #include "sim.h"
 
 enum gravity_solver { SOLVER_AUTO, SOLVER_DIRECT, SOLVER_TREE, SOLVER_FMM };
-enum { PRECISION_FLOAT, PRECISION_DOUBLE };
+enum { PRECISION_AUTO, PRECISION_ROUGH, PRECISION_FLOAT, PRECISION_DOUBLE };
 enum { KERNEL_PLUMMER, KERNEL_SPLINE };
+
+/* The rows of a cell in the order of the keys of all species; and of a leaf, when they were staged. */
+struct gravity_leaf { int32_t first, n, staged; };
 
 /* How far a walk goes; the numbers of Dehnen (2014), section 3, and measured ones (settings.c). */
 struct gravity_opening {
@@ -28,12 +31,20 @@ struct gravity {
     const struct gravity_kernels *kernels;
     struct gravity_opening opening;
     double G;
-    enum softening_form form;
+    enum softening_form form;       /* of references, in double */
+    enum softening_form pair_form;  /* of kernels: a length that floats cannot tell from zero is not common */
     double half_soft2[N_SPECIES];   /* what a row brings to the softening of a pair, squared */
     double far_soft2;               /* Plummer softening squared between cells */
     double support;                 /* of the spline: cells act beyond it */
     double near2;                   /* unequal softenings: cells act beyond this distance squared */
 
+    double unit;                    /* of length, in pairs of rows: a power of two, of the present tree */
+    enum gravity_refinement refinement; /* of pairs, by the settings */
+
+    struct gravity_leaf *leaf;      /* rows.c: one a node */
+    struct gravity_source *row;
+    float *soft;                    /* one a row; not where softening is common */
+    int32_t epoch;                  /* a leaf staged in this epoch is up to date */
     struct gravity_cell *cell;      /* one a node of the tree */
     float *least;                   /* one a node: the least acceleration of its rows, bounded below */
     int32_t n_cells;
@@ -43,10 +54,14 @@ struct gravity {
     int64_t rows;                   /* at the start of the run, by which `auto` chooses; saved */
     int64_t known;                  /* the column grav is filled; saved */
     int64_t checked;                /* self-checks done; saved */
+    int64_t refined;                /* a self-check has found that rough pairs do not do; saved */
     double measured;                /* 99th percentile of the error at the last self-check */
     struct direct_engine *engine;   /* on a device; made at the first force */
     int64_t pairs, cells;           /* interactions of the last force: rows, cells */
 };
+
+static inline enum gravity_refinement gravity_refinement(const struct gravity *g)
+{ return g->refined ? GRAVITY_REFINED : g->refinement; }
 
 /* Rows of a cell that acts as a whole or row by row, but is not opened. */
 static inline bool gravity_is_leaf(const struct gravity *g, const struct node *node)
@@ -55,6 +70,14 @@ static inline bool gravity_is_leaf(const struct gravity *g, const struct node *n
 /* Rows that share their interaction lists: the topmost cells for which this holds. */
 static inline bool gravity_is_group(const struct gravity *g, const struct node *node)
 { return node->n_children == 0 || node_rows(node, ALL_SPECIES) <= g->opening.group_size; }
+
+/* Room for the staged rows of a new tree. After the rows or the cells have moved: epoch++. */
+void gravity_rows_build(struct sim *sim, struct gravity *g);
+void gravity_rows_free(struct gravity *g);
+/* Which rows cell n holds. */
+void gravity_rows_place(struct gravity *g, int32_t n, const struct node *node);
+/* The rows of leaf n about its cell's centre, staged now if need be; any thread. */
+const struct gravity_leaf *gravity_rows_leaf(const struct sim *sim, const struct gravity *g, int32_t n);
 
 /* Multipoles, reach and least accelerations of all cells of a new tree; and after a refit. */
 void gravity_moments_build(struct sim *sim, struct gravity *g);
@@ -78,7 +101,13 @@ bool gravity_direct_device(struct sim *sim, struct gravity *g, enum gravity_outp
 void gravity_direct_rows(const struct sim *sim, const struct gravity *g, const struct species *s,
                          const int32_t *list, int64_t n, double (*acc)[4]);
 
-/* The measured front: solver's order, sizes and opening for a 99th percentile of the error. */
+/* A row of the shipped chart doc/charts/gravity.csv: opening is the tolerance of fmm or the angle of tree; cpu:
+ * seconds of one force of 1e6 rows. row NULL ends. */
+struct gravity_front { double accuracy; const char *row; int order; double opening, p99, cpu; };
+/* The measured front of a solver, and its entry for an accuracy. */
+const struct gravity_front *gravity_settings_front(enum gravity_solver solver);
+const struct gravity_front *gravity_settings_row(enum gravity_solver solver, double accuracy);
+/* The solver's order, sizes and opening for a 99th percentile of the error. */
 void gravity_settings(struct gravity_opening *opening, double accuracy);
 
 /* Relative errors of accelerations, as `accuracy` counts them: against the larger of the exact size
@@ -87,6 +116,21 @@ struct gravity_errors { int64_t n; double rms, median, p99, max; };
 struct gravity_errors gravity_errors_of(double *error, int64_t n);
 /* The same of the errors of all ranks together. */
 struct gravity_errors gravity_errors_shared(double *own, int64_t n);
+
+/* One force of all rows with a tree of its own: CPU seconds of all ranks. */
+struct gravity_cost { double build, walk; };
+struct gravity_cost gravity_force(struct sim *sim);
+int64_t gravity_count_rows(const struct sim *sim);
+/* About `sample` rows drawn by their ids, with their direct sums in double: exact[4 i] is ax, ay, az,
+ * potential of row[i]. Valid until the rows are permuted. */
+struct gravity_reference { int32_t *row[N_SPECIES]; int64_t n[N_SPECIES]; double (*exact[N_SPECIES])[4]; };
+struct gravity_reference gravity_reference_make(const struct sim *sim, const struct gravity *g, int64_t sample);
+struct gravity_errors gravity_reference_compare(const struct sim *sim, const struct gravity_reference *r);
+/* Of one acceleration; that of a row without any counts absolutely. */
+double gravity_relative_error(const float acc[3], const double exact[4]);
+void gravity_reference_free(struct gravity_reference *r);
+/* Takes the settings anew from the parameters, which may have changed since `begin`. */
+void gravity_configure(struct sim *sim, struct gravity *g);
 
 /* The self-check: a sample of about 1024 rows, chosen by their ids, against direct sums. */
 struct gravity_sample;

@@ -22,7 +22,7 @@ void walk_open(struct walk *w, struct sim *sim, const struct gravity *g, enum gr
 
 void walk_close(struct walk *w)
 {
-    void *block[] = {w->waiting.item, w->opened.item, w->local.item, w->near.item, w->far.item, w->verdict.item,
+    void *block[] = {w->waiting.item, w->parents.item, w->opened.item, w->local.item, w->near.item, w->far.item, w->verdict.item,
                      w->path.item, w->row,
                      w->own.row, w->own.soft, w->sources.row, w->sources.soft,
                      w->targets.x, w->targets.y, w->targets.z, w->targets.soft, w->targets.own,
@@ -83,43 +83,43 @@ static void fill_lanes(struct gravity_targets *t)
     for (int k = 0; k < 4; k++) memset(sums[k], 0, (size_t)end * sizeof(double));
 }
 
-/* One softening for all and well above the smallest length that the kernels tell from zero. */
-static enum softening_form form_of(const struct walk *w, const struct gravity_sources *s)
+/* Sources act on the targets; with potentials wanted, the group's own rows by a kernel of their own. */
+static void sum_rows(struct walk *w, const struct gravity_sources *s, bool own)
 {
-    if (w->g->form == SOFT_COMMON && s->soft[0] < 1e-12f) return SOFT_PLUMMER;
-    return w->g->form;
+    const struct gravity *g = w->g;
+    const struct gravity_pair_table *table = g->kernels->pair;
+    gravity_pair_sum *const *forms = (w->potential ? own ? table->own : table->pot : table->acc)[gravity_refinement(g)];
+    forms[g->pair_form](&w->targets, s);
+    w->pairs += (int64_t)w->targets.n * s->n;
 }
 
 static void evaluate(struct walk *w)
 {
-    struct gravity_sources *s = &w->sources;
-    if (s->n == 0) return;
-    const struct gravity_pair_table *table = w->g->kernels->pair;
-    (w->potential ? table->pot : table->acc)[form_of(w, s)](&w->targets, s);
-    w->pairs += (int64_t)w->targets.n * s->n;
-    s->n = 0;
+    if (w->sources.n > 0) sum_rows(w, &w->sources, false);
+    w->sources.n = 0;
 }
 
-void walk_begin_group(struct walk *w, const struct stage *stage, const struct node *node)
+void walk_begin_group(struct walk *w, const double centre[3], double unit, const struct node *node)
 {
     int64_t rows = node_rows(node, ALL_SPECIES);
+    w->stage = stage_at(w->sim, w->g, centre, w->g->unit);
     reserve_own(&w->own, rows);
     reserve_targets(w, (int)rows);
     w->targets.n = 0;
+    w->targets.unit = (float)(w->g->unit / unit);
+    w->own.soft2 = w->sources.soft2 = (float)(w->g->far_soft2 / (w->g->unit * w->g->unit));
     const struct timeline *time = &w->sim->time;
     for (int k = 0; k < N_SPECIES; k++) {
         const struct species *s = &w->sim->species[k];
         int64_t from = node->first[k], to = from + node->count[k];
         int before = w->own.n;
-        stage_sources(stage, &w->own, s, from, to);
+        stage_sources(&w->stage, &w->own, s, from, to);
         for (int64_t i = from; i < to; i++)
             if (i >= s->own && i < s->own + s->n_own && timeline_active(time, s->rung[i]))
                 add_target(w, k, i, before + (int)(i - from));
     }
     fill_lanes(&w->targets);
-    const struct gravity_pair_table *table = w->g->kernels->pair;
-    (w->potential ? table->own : table->acc)[form_of(w, &w->own)](&w->targets, &w->own);
-    w->pairs += (int64_t)w->targets.n * w->own.n;
+    sum_rows(w, &w->own, true);
 }
 
 void walk_add_local(struct walk *w, const float *local)
@@ -136,27 +136,44 @@ void walk_add_local(struct walk *w, const float *local)
     w->g->kernels->far->at_targets[order - GRAVITY_ORDER_MIN](&w->targets, scaled);
 }
 
-void walk_add_range(struct walk *w, const struct stage *stage, const struct species *s, int64_t from, int64_t to)
+void walk_add_range(struct walk *w, const struct species *s, int64_t from, int64_t to)
 {
     while (from < to) {
         int64_t room = w->sources.capacity - w->sources.n, end = to - from < room ? to : from + room;
-        stage_sources(stage, &w->sources, s, from, end);
+        stage_sources(&w->stage, &w->sources, s, from, end);
         if (w->sources.n == w->sources.capacity) evaluate(w);
         from = end;
     }
 }
 
-void walk_add_rows(struct walk *w, const struct stage *stage, const struct node *node)
+static void add_leaf(struct walk *w, int32_t n)
 {
-    for (int k = 0; k < N_SPECIES; k++)
-        walk_add_range(w, stage, &w->sim->species[k], node->first[k], node->first[k] + node->count[k]);
+    const struct gravity *g = w->g;
+    const struct gravity_leaf *leaf = gravity_rows_leaf(w->sim, g, n);
+    struct gravity_sources *to = &w->sources;
+    float shift[3];
+    for (int k = 0; k < 3; k++) shift[k] = (float)((g->cell[n].pos[k] - w->stage.frame.centre[k]) * w->stage.frame.inverse);
+    for (int from = 0; from < leaf->n;) {
+        int room = to->capacity - to->n, rows = leaf->n - from < room ? leaf->n - from : room;
+        g->kernels->pair->shift(to->row + to->n, g->row + leaf->first + from, shift, rows);
+        if (g->pair_form != SOFT_COMMON) memcpy(to->soft + to->n, g->soft + leaf->first + from, (size_t)rows * sizeof *to->soft);
+        to->n += rows;
+        from += rows;
+        if (to->n == to->capacity) evaluate(w);
+    }
 }
 
-void walk_end_group(struct walk *w, const struct stage *stage)
+void walk_add_leaves(struct walk *w, const struct list *leaves, int32_t own)
+{
+    for (int64_t i = 0; i < leaves->n; i++)
+        if (leaves->item[i] != own) add_leaf(w, leaves->item[i]);
+}
+
+void walk_end_group(struct walk *w)
 {
     evaluate(w);
     const struct gravity_targets *t = &w->targets;
-    const double per_length = stage->frame.inverse, per_area = per_length * per_length;
+    const double per_length = w->stage.frame.inverse, per_area = per_length * per_length;
     for (int i = 0; i < t->n; i++) {
         const struct species *s = &w->sim->species[w->row[i].species];
         int32_t n = w->row[i].index;

@@ -12,11 +12,18 @@ enum { FIRST = offsetof(struct gravity_cell, reach), BYTES = offsetof(struct gra
 _Static_assert(FIRST + (POWER - REACH) * 4 == offsetof(struct gravity_cell, power), "record as the cell");
 _Static_assert(FIRST + (N_CHILDREN - REACH) * 4 == offsetof(struct gravity_cell, n_children), "record as the cell");
 
-/* A cell's record with its position relative to the target, all as floats (or their bits). */
-static void judge_stage(float record[RECORD], const struct gravity_view *v, const struct gravity_cell *cell)
+typedef double four_doubles __attribute__((vector_size(32)));
+typedef double four_in_memory __attribute__((vector_size(32), may_alias, aligned(8)));
+typedef float four_floats __attribute__((vector_size(16), may_alias));
+
+/* A cell's record with its position relative to the target, all as floats (or their bits). What
+ * follows the position in the cell fills the fourth lane and means nothing there. */
+HD void judge_stage(float record[RECORD], const struct gravity_view *v, const struct gravity_cell *cell)
 {
-    double inverse = 1 / v->unit;
-    for (int k = 0; k < 3; k++) record[k] = (float)((cell->pos[k] - v->centre[k]) * inverse);
+    const double inverse = 1 / v->unit;
+    const four_doubles centre = { v->centre[0], v->centre[1], v->centre[2], 0 }, factor = { inverse, inverse, inverse, 0 };
+    const four_doubles pos = (four_doubles)*(const four_in_memory *)cell->pos;
+    *(four_floats *)record = __builtin_convertvector((pos - centre) * factor, four_floats);
     memcpy(record + REACH, (const char *)cell + FIRST, BYTES);
 }
 

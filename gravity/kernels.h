@@ -13,17 +13,20 @@ enum { GRAVITY_LANES_MAX = 16, GRAVITY_ORDER_MIN = 3, GRAVITY_ORDER_MAX = 6, GRA
 /* The rows whose force is wanted. Columns are padded to a multiple of the lanes, 64-byte aligned. */
 struct gravity_targets {
     int n, capacity;
-    float *x, *y, *z;
+    float *x, *y, *z;           /* in the unit of pairs */
+    float unit;                 /* that unit in the unit of the cells that act on these rows */
     float *soft;                /* half the row's softening squared (of its support squared) */
     int32_t *own;               /* which of the group's own sources is this row */
     double *ax, *ay, *az, *depth;   /* sums; depth is minus the potential */
 };
 
 struct gravity_source { float x, y, z, mass; };
+/* Rows that act on a group, about its centre in the unit of pairs. */
 struct gravity_sources {
     int n, capacity;
     struct gravity_source *row;
-    float *soft;
+    float *soft;                /* half the softening squared, where it is not common */
+    float soft2;                /* the common one, squared */
 };
 
 /* A cell as a walk sees it, a cache line. Moments are in units of mass and powers of `scale`. */
@@ -79,17 +82,24 @@ struct gravity_far {
 struct gravity_frame { double centre[3], inverse, G; };
 typedef void gravity_stage_rows(struct gravity_source *out, const struct gravity_frame *frame,
                                 const double (*pos)[3], const double *mass, int64_t n);
+/* n rows about another centre, which lies at `shift`. */
+typedef void gravity_shift_rows(struct gravity_source *out, const struct gravity_source *row, const float shift[3], int n);
 typedef void gravity_pair_sum(struct gravity_targets *t, const struct gravity_sources *s);
-/* Indexed by enum softening_form. */
+/* REFINED: one Newton step on 1/sqrt; ROUGH: the processor's guess, with errors of 3 guess_error at most. */
+enum gravity_refinement { GRAVITY_REFINED, GRAVITY_ROUGH, GRAVITY_REFINEMENTS };
+/* Indexed by enum gravity_refinement and enum softening_form. */
 struct gravity_pair_table {
-    gravity_pair_sum *acc[GRAVITY_FORMS];   /* acceleration */
-    gravity_pair_sum *pot[GRAVITY_FORMS];   /* and potential */
+    gravity_pair_sum *acc[GRAVITY_REFINEMENTS][GRAVITY_FORMS];   /* acceleration */
+    gravity_pair_sum *pot[GRAVITY_REFINEMENTS][GRAVITY_FORMS];   /* and potential */
+    gravity_pair_sum *own[GRAVITY_REFINEMENTS][GRAVITY_FORMS];   /* the sources are the group's own: no row sees itself */
     gravity_stage_rows *stage;              /* rows that need no prediction */
-    gravity_pair_sum *own[GRAVITY_FORMS];   /* the sources are the group's own: no row sees itself */
+    gravity_shift_rows *shift;
+    float guess_error;                      /* of the processor's 1/sqrt, relative */
 };
 typedef void gravity_cell_sum(struct gravity_targets *t, const struct gravity_far *far);
 typedef void gravity_local_sum(float *local, const struct gravity_far *far);
-typedef void gravity_moment_sum(float *moment, const struct gravity_sources *rows);
+/* Moments of n rows whose unit of length is `unit` of the moments'. */
+typedef void gravity_moment_sum(float *moment, const struct gravity_source *row, int n, float unit);
 typedef void gravity_local_field(struct gravity_targets *t, const float *local);
 /* Indexed by order - GRAVITY_ORDER_MIN. local: L_abc, CELL_TERMS_MAX of them. */
 struct gravity_far_table {

@@ -7,7 +7,6 @@
 #include "comm.h"
 #include "gravity.h"
 #include "mem.h"
-#include "stage.h"
 #include <math.h>
 #include <string.h>
 
@@ -63,32 +62,23 @@ static void measure_powers(struct gravity_cell *cell, const float *moment, int o
     }
 }
 
-/* Rows in units of the cell's scale, a tile at a time. */
-static void leaf_moments(const struct sim *sim, const struct gravity *g, int32_t n, struct gravity_sources *tile)
+static void leaf_moments(const struct sim *sim, const struct gravity *g, int32_t n)
 {
-    const struct node *node = &sim->tree.node[n];
     struct gravity_cell *cell = &g->cell[n];
-    int64_t rows = node_rows(node, ALL_SPECIES);
-    if (rows > tile->capacity) {
-        tile->capacity = (int)rows;
-        tile->row = mem_resize("gravity", tile->row, (size_t)rows * sizeof *tile->row);
-        tile->soft = mem_resize("gravity", tile->soft, (size_t)rows * sizeof *tile->soft);
-    }
-    cell->scale = unit_above(corner_distance(node));
-    struct stage stage = stage_at(sim, g, node->pos, (double)cell->scale);
-    tile->n = 0;
-    for (int s = 0; s < N_SPECIES; s++)
-        stage_sources(&stage, tile, &sim->species[s], node->first[s], node->first[s] + node->count[s]);
+    cell->scale = unit_above(corner_distance(&sim->tree.node[n]));
+    const struct gravity_leaf *leaf = gravity_rows_leaf(sim, g, n);
+    const struct gravity_source *row = g->row + leaf->first;
     float r2 = 0;
-    for (int i = 0; i < tile->n; i++) {
-        const struct gravity_source row = tile->row[i];
-        r2 = fmaxf(r2, row.x * row.x + row.y * row.y + row.z * row.z);
+    for (int i = 0; i < leaf->n; i++) {
+        float x2 = row[i].x * row[i].x + row[i].y * row[i].y + row[i].z * row[i].z;
+        r2 = x2 > r2 ? x2 : r2;
     }
-    cell->reach = bound(sqrt((double)r2) * (double)cell->scale);
+    cell->reach = bound(sqrt((double)r2) * g->unit);
     int width = sim->tree.width[NODE_moment];
     if (width == 0) return;
     float *moment = sim->tree.moment + (int64_t)width * n;
-    g->kernels->far->of_rows[moment_order(g) - GRAVITY_ORDER_MIN](moment, tile);
+    const float unit = (float)(g->unit / (double)cell->scale);
+    g->kernels->far->of_rows[moment_order(g) - GRAVITY_ORDER_MIN](moment, row, leaf->n, unit);
     measure_powers(cell, moment, moment_order(g));
 }
 
@@ -153,22 +143,17 @@ static void place_cell(const struct gravity *g, const struct node *node, struct 
 void gravity_moments_build(struct sim *sim, struct gravity *g)
 {
     const struct tree *tree = &sim->tree;
-    mem_free(g->cell);
-    mem_free(g->least);
     g->n_cells = tree->n_nodes;
-    g->cell = mem_array("gravity", struct gravity_cell, g->n_cells);
-    g->least = mem_array("gravity", float, g->n_cells);
-#pragma omp parallel
-    {
-        struct gravity_sources tile = {0};
-#pragma omp for schedule(dynamic, 64)
-        for (int32_t n = 0; n < g->n_cells; n++) {
-            if (is_below(g, tree, n)) continue;
-            place_cell(g, &tree->node[n], &g->cell[n]);
-            if (g->cell[n].n_children == 0) leaf_moments(sim, g, n, &tile);
-        }
-        mem_free(tile.row);
-        mem_free(tile.soft);
+    g->cell = mem_resize("gravity", g->cell, (size_t)g->n_cells * sizeof *g->cell);
+    g->least = mem_resize("gravity", g->least, (size_t)g->n_cells * sizeof *g->least);
+    gravity_rows_build(sim, g);
+#pragma omp parallel for schedule(dynamic, 64)
+    for (int32_t n = 0; n < g->n_cells; n++) {
+        g->cell[n] = (struct gravity_cell){0};
+        if (is_below(g, tree, n)) continue;
+        place_cell(g, &tree->node[n], &g->cell[n]);
+        gravity_rows_place(g, n, &tree->node[n]);
+        if (g->cell[n].n_children == 0) leaf_moments(sim, g, n);
     }
     for (int32_t n = g->n_cells - 1; n >= 0; n--)
         if (g->cell[n].n_children > 0) inner_moments(sim, g, n);
@@ -188,6 +173,7 @@ void gravity_moments_refit(struct sim *sim, struct gravity *g)
         cell->reach = bound(fmin((double)cell->reach + sqrt(3) * (double)node->speed * dt, corner_distance(node)));
     }
     g->fitted = tree->fitted;
+    g->epoch++;
 }
 
 /* Mean square of the column grav, in blocks whose sums are added in order. */

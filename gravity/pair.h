@@ -37,6 +37,13 @@ HD struct pair pair_newton(real r2, real mass)
     return p;
 }
 
+/* The same without the Newton step; the sums need no factor. */
+HD struct pair pair_guess(real r2, real mass)
+{
+    real y = real_rsqrt_guess(r2), my = mass * y;
+    return (struct pair){ my * (y * y), my };
+}
+
 /* Pairs at distance zero contribute nothing where their softening is zero. */
 HD struct pair pair_plummer(real r2, real mass, real soft2)
 {

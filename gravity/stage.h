@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * Rows into tiles: predicted to now, relative to the target group's centre, in units of its size.
- * The double difference is taken here, once a row; kernels see floats. */
+ * Rows as kernels see them: predicted to now, floats relative to a centre. The double difference is
+ * taken here, once a row. */
 #ifndef TEPHRA_GRAVITY_STAGE_H
 #define TEPHRA_GRAVITY_STAGE_H
 #include "gravity.h"
@@ -21,13 +21,13 @@ static inline struct stage stage_at(const struct sim *sim, const struct gravity 
     return stage;
 }
 
-/* Appends rows [from, to) of a species; there is room. */
+/* Appends rows [from, to) of a species; there is room. The column soft may be absent. */
 static inline void stage_sources(const struct stage *stage, struct gravity_sources *out, const struct species *s,
                                  int64_t from, int64_t to)
 {
     enum { BLOCK = 64 };
     gravity_stage_rows *const rows = stage->g->kernels->pair->stage;
-    for (int64_t i = from; i < to; i++) out->soft[out->n + (i - from)] = stage->half_soft2[s->kind];
+    for (int64_t i = from; out->soft && i < to; i++) out->soft[out->n + (i - from)] = stage->half_soft2[s->kind];
     if (stage->synchronous) {
         rows(out->row + out->n, &stage->frame, (const double (*)[3])s->pos + from, s->mass + from, to - from);
         out->n += (int)(to - from);

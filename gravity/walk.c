@@ -19,7 +19,7 @@
 /* Sides and angles of the openings of fmm: measured, see doc/manual/gravity.md. */
 static const float theta_local = 0.9f;      /* (reach + radius) / distance */
 static const float theta_target = 0.6f;     /* radius / distance */
-static const float theta_cell = 0.8f;       /* reach / distance from the box, cell on rows */
+static const float theta_cell = 0.95f;      /* reach / distance from the box, cell on rows */
 static const float theta_first = 0.7f;      /* both, as long as no acceleration is known */
 static const float open_ratio = 1.5f;       /* a source this much larger than the target is opened */
 
@@ -58,39 +58,46 @@ static struct gravity_view view_of(const struct walk *w, int32_t n, double paren
 /* A group must meet itself whole in its list. */
 static bool is_inside(const struct walk *w, int32_t s, int32_t target)
 {
-    const struct node *a = &w->sim->tree.node[s], *b = &w->sim->tree.node[target];
-    for (int k = 0; k < N_SPECIES; k++)
-        if (a->count[k] > 0 && (a->first[k] < b->first[k] || a->first[k] + a->count[k] > b->first[k] + b->count[k])) return false;
-    return true;
+    const struct gravity_leaf *a = &w->g->leaf[s], *b = &w->g->leaf[target];
+    return a->first >= b->first && a->first + a->n <= b->first + b->n;
 }
 
-/* The children of a cell are judged next; but a group waits whole for itself. */
-static void open_cell(struct walk *w, const struct gravity_view *v, int32_t s)
+/* The children of these cells are judged next; but a group waits whole for itself. */
+static void open_parents(struct walk *w, const struct gravity_view *v)
 {
-    const struct gravity_cell *cell = &w->g->cell[s];
-    if (cell->group && is_inside(w, s, v->cell)) {
-        if (s != v->cell) list_add(&w->waiting, s);
-        return;
+    for (int64_t i = 0; i < w->parents.n; i++) {
+        const int32_t s = w->parents.item[i];
+        const struct gravity_cell *cell = &w->g->cell[s];
+        if (cell->group && is_inside(w, s, v->cell)) {
+            if (s != v->cell) list_add(&w->waiting, s);
+            continue;
+        }
+        list_reserve(&w->opened, w->opened.n + cell->n_children);
+        for (int c = 0; c < cell->n_children; c++) w->opened.item[w->opened.n++] = cell->child + c;
     }
-    list_reserve(&w->opened, w->opened.n + cell->n_children);
-    for (int c = 0; c < cell->n_children; c++) w->opened.item[w->opened.n++] = cell->child + c;
 }
 
-/* Judges source[0, n), which lies in `list` from `from` on, and sorts it by verdict. */
+/* Judges source[0, n), which lies in `list` from `from` on, and sorts it by verdict: without a branch,
+ * since verdicts cannot be foretold. */
 static void judge(struct walk *w, const struct gravity_view *v, const struct list *list, int64_t from, int64_t n)
 {
-    struct list *const out[] = {&w->local, &w->far, &w->near, &w->waiting};
+    struct list *const out[GRAVITY_VERDICTS] = {&w->local, &w->far, &w->near, &w->waiting, &w->parents};
     const struct gravity_judge_table *table = w->g->kernels->judge;
+    int32_t *item[GRAVITY_VERDICTS];
+    int64_t count[GRAVITY_VERDICTS];
+    w->parents.n = 0;
     list_reserve(&w->verdict, n + GRAVITY_LANES_MAX);
-    for (int k = 0; k < 4; k++) list_reserve(out[k], out[k]->n + n);
+    for (int k = 0; k < GRAVITY_VERDICTS; k++) {
+        list_reserve(out[k], out[k]->n + n);
+        item[k] = out[k]->item;
+        count[k] = out[k]->n;
+    }
     const int32_t *source = list->item + from, *verdict = w->verdict.item;
     (w->g->opening.solver == SOLVER_FMM ? table->fmm[w->g->opening.order - GRAVITY_ORDER_MIN] : table->tree)
         (w->verdict.item, v, w->g->cell, source, n);
-    for (int64_t i = 0; i < n; i++) {
-        source = list->item + from;
-        if (verdict[i] == GRAVITY_OPEN) open_cell(w, v, source[i]);
-        else if (source[i] != v->cell || !v->group) out[verdict[i]]->item[out[verdict[i]]->n++] = source[i];
-    }
+    for (int64_t i = 0; i < n; i++) item[verdict[i]][count[verdict[i]]++] = source[i];
+    for (int k = 0; k < GRAVITY_VERDICTS; k++) out[k]->n = count[k];
+    open_parents(w, v);
 }
 
 /* Judges waiting[from, to) and whatever is opened on the way; what is left waits behind `to`. */
@@ -137,15 +144,14 @@ static void inherit(float *local, const float *parent, const struct gravity_view
 static void settle_group(struct walk *w, const struct gravity_view *v, const float *local)
 {
     const struct node *node = &w->sim->tree.node[v->cell];
-    struct stage stage = stage_at(w->sim, w->g, v->centre, v->unit);
-    walk_begin_group(w, &stage, node);
+    walk_begin_group(w, v->centre, v->unit, node);
     struct gravity_far far = far_of(w, v, &w->far);
     const struct gravity_far_table *table = w->g->kernels->far;
     if (local) walk_add_local(w, local);
     if (far.n > 0) (w->g->opening.order > 1 ? table->quadrupoles : table->monopoles)[w->potential](&w->targets, &far);
-    for (int64_t i = 0; i < w->near.n; i++) walk_add_rows(w, &stage, &w->sim->tree.node[w->near.item[i]]);
+    walk_add_leaves(w, &w->near, v->cell);
     w->cells += (far.n) * (int64_t)w->targets.n;
-    walk_end_group(w, &stage);
+    walk_end_group(w);
 }
 
 /* The child on the way down to w->task, or -1 at or below it. */

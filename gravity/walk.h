@@ -29,24 +29,26 @@ struct walk {
     double theta, alpha;        /* of the opening, scaled */
     float quadrupole;           /* |M_2| is this times power[0] */
     struct list waiting;        /* a stack: sources handed down, level below level */
-    struct list opened, local, near, far;   /* of the present target; `far` is a stack too */
+    struct list parents, opened, local, near, far;   /* of the present target; `far` is a stack too */
     struct list verdict;        /* one a source being judged */
     struct list path;           /* from the task to the root */
     struct gravity_targets targets;
     struct row *row;            /* of the targets */
-    struct gravity_sources own, sources;
+    struct gravity_sources own, sources;    /* the group's rows; a tile of others */
+    struct stage stage;         /* about the group's centre */
     int64_t pairs, cells;       /* counted interactions */
 };
 
 void walk_open(struct walk *w, struct sim *sim, const struct gravity *g, enum gravity_output output);
 void walk_close(struct walk *w);
-/* The active own rows of a cell become the targets; all its rows act on them. */
-void walk_begin_group(struct walk *w, const struct stage *stage, const struct node *node);
+/* The active own rows of a cell become the targets; all its rows act on them. Cells that act on them
+ * have the unit of length `unit`. */
+void walk_begin_group(struct walk *w, const double centre[3], double unit, const struct node *node);
 void walk_add_local(struct walk *w, const float *local);
-/* Rows of another cell act on the targets; evaluated by tiles. */
-void walk_add_rows(struct walk *w, const struct stage *stage, const struct node *node);
-/* Rows [from, to) of a species, likewise. */
-void walk_add_range(struct walk *w, const struct stage *stage, const struct species *s, int64_t from, int64_t to);
+/* The rows of these leaves, but for the group's own, act on the targets. */
+void walk_add_leaves(struct walk *w, const struct list *leaves, int32_t own);
+/* Rows [from, to) of a species, likewise, by tiles. */
+void walk_add_range(struct walk *w, const struct species *s, int64_t from, int64_t to);
 /* Sums to the rows. */
-void walk_end_group(struct walk *w, const struct stage *stage);
+void walk_end_group(struct walk *w);
 #endif

@@ -84,6 +84,9 @@ static void check_values(struct sim *sim, const struct sph *sph)
         problems_add(problems, "sph.alpha_min = %g is larger than sph.alpha = %g", sph->alpha_min, sph->alpha);
 }
 
+/* Most rows of a cell whose neighbours are looked for together. */
+enum { LEAF_ROWS = 32 };
+
 static void declare(struct sim *sim, void *state)
 {
     struct sph *sph = state;
@@ -100,6 +103,7 @@ static void declare(struct sim *sim, void *state)
     check_values(sim, sph);
     sim->energy_open = sph->eos != SPH_ADIABATIC;   /* what keeps the temperature takes energy away */
     tree_need(&sim->tree, NODE_h_max, 1);
+    tree_need_leaf(&sim->tree, LEAF_ROWS);
     sph->loops = loops[isa_now()];
     sph->meet = sph->grad_h ? (struct sph_meet){0, 2, 2} : (struct sph_meet){1, 0, 1};
     sph->excess = sph_kernel_excess((float)sph->neighbours, sph->kernel) * sph_kernel(0, sph->kernel);

@@ -10,12 +10,13 @@
     X(ranks) X(steps)
 
 #define GENERATORS(X) \
-    X(clouds) X(evrard) X(galaxy) X(kepler) X(medium) X(merger) X(noh) X(plummer) X(sedov) X(spheres) X(ssp) X(tube) X(uniform) X(wave)
+    X(clouds) X(clumped) X(evrard) X(galaxy) X(kepler) X(medium) X(merger) X(noh) X(plummer) X(sedov) X(spheres) X(ssp) X(tube) X(uniform) \
+    X(wave)
 
 #define COMMANDS(X) \
     X(run) X(check) X(ics) X(force_test) X(info) X(compare) X(params) X(chart)
 
-#define CHARTS(X) X(cooling) X(sph) X(step) X(time)
+#define CHARTS(X) X(cooling) X(gravity) X(group) X(sph) X(step) X(time)
 
 #define DECLARE(name) extern const struct module name##_module;
 MODULES(DECLARE)

@@ -10,6 +10,7 @@
 #include "timeline.h"
 #include "tree.h"
 #include "units.h"
+#include <string.h>
 
 struct module;
 struct profile;
@@ -88,7 +89,8 @@ void sim_stop(struct sim *sim, enum status status, const char *format, ...) __at
 static inline void sim_predict(const struct timeline *time, const struct species *s, int64_t i, double pos[3])
 {
     double t = timeline_lag(time, s->rung[i], s->rung0[i]);
-    for (int k = 0; k < 3; k++)
+    if (t == 0) memcpy(pos, s->pos[i], sizeof s->pos[i]);   /* at every full step: nothing else is read */
+    for (int k = 0; k < 3 && t != 0; k++)
         pos[k] = integrate_position(s->pos[i][k], s->vel[i][k], (double)s->acc[i][k], t);
 }
 #endif

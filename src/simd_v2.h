@@ -20,7 +20,7 @@ typedef float span_memory __attribute__((vector_size(16), may_alias, aligned(4))
 typedef int32_t span_int __attribute__((vector_size(16)));
 typedef int32_t simd_int __attribute__((vector_size(16)));
 
-/* Relative error 1.5 * 2^-12. */
+#define SIMD_GUESS_ERROR 3.7e-4f    /* relative: 1.5 * 2^-12 */
 HD real real_rsqrt_guess(real x) { return (real)_mm_rsqrt_ps((__m128)x); }
 HD real real_max(real a, real b) { return (real)_mm_max_ps((__m128)a, (__m128)b); }
 HD real real_fma(real a, real b, real c) { return a * b + c; }

@@ -20,7 +20,7 @@ typedef float span_memory __attribute__((vector_size(32), may_alias, aligned(4))
 typedef int32_t span_int __attribute__((vector_size(32)));
 typedef int32_t simd_int __attribute__((vector_size(32)));
 
-/* Relative error 1.5 * 2^-12. */
+#define SIMD_GUESS_ERROR 3.7e-4f    /* relative: 1.5 * 2^-12 */
 HD real real_rsqrt_guess(real x) { return (real)_mm256_rsqrt_ps((__m256)x); }
 HD real real_max(real a, real b) { return (real)_mm256_max_ps((__m256)a, (__m256)b); }
 /* a b + c in one operation, which no reassociation can take apart. */

@@ -20,7 +20,7 @@ typedef float span_memory __attribute__((vector_size(32), may_alias, aligned(4))
 typedef int32_t span_int __attribute__((vector_size(32)));
 typedef int32_t simd_int __attribute__((vector_size(64)));
 
-/* Relative error 2^-14. */
+#define SIMD_GUESS_ERROR 6.2e-5f    /* relative: 2^-14 */
 HD real real_rsqrt_guess(real x) { return (real)_mm512_rsqrt14_ps((__m512)x); }
 HD real real_max(real a, real b) { return (real)_mm512_max_ps((__m512)a, (__m512)b); }
 /* a b + c in one operation, which no reassociation can take apart. */

@@ -11,18 +11,13 @@
 #include <math.h>
 #include <stdio.h>
 
-/* Smallest group that the rest of the program makes of a leaf, unless a module wants less. */
+/* Rows of a leaf where no module says how many it wants. */
 enum { LEAF_ROWS = 32 };
-
-static void tree_declare(struct sim *sim, void *state)
-{
-    (void)state;
-    tree_need_leaf(&sim->tree, LEAF_ROWS);
-}
 
 static void tree_arrange(struct sim *sim, void *state)
 {
     (void)state;
+    if (sim->tree.leaf_size == 0) tree_need_leaf(&sim->tree, LEAF_ROWS);
     if (sim->tree.built < 0 || sim->rebuild_next || timeline_active(&sim->time, (int)sim->rebuild_rung)) {
         box_wrap_rows(sim);
         tree_build(sim);
@@ -38,7 +33,7 @@ static void tree_arrange(struct sim *sim, void *state)
 
 const struct module tree_module = {
     .name = "tree", .doc = "keys, sort, octree, domains", .kind = MODULE_FRAME,
-    .declare = tree_declare, .hook[HOOK_ARRANGE] = tree_arrange,
+    .hook[HOOK_ARRANGE] = tree_arrange,
 };
 
 /* Updates that steps without rounding would take: of each row's own, and of common ones. */

@@ -241,13 +241,19 @@ void tree_mark_active(struct sim *sim)
 {
     struct tree *tree = &sim->tree;
     if (tree->n_nodes == 0) return;
-    memset(tree->active_count, 0, (size_t)tree->n_nodes * sizeof *tree->active_count);
+    int64_t idle = 0;
     struct part part = {0};
     for (int s = 0; s < N_SPECIES; s++) {
         part.list[s] = sim->species[s].active;
         part.to[s] = sim->species[s].n_active;
+        idle += sim->species[s].n - part.to[s];
     }
-    mark(tree, 0, &part);
+    if (idle > 0) {
+        memset(tree->active_count, 0, (size_t)tree->n_nodes * sizeof *tree->active_count);
+        mark(tree, 0, &part);
+        return;
+    }
+    for (int32_t n = 0; n < tree->n_nodes; n++) tree->active_count[n] = (int32_t)node_rows(&tree->node[n], ALL_SPECIES);
 }
 
 static void follow(struct sim *sim, int32_t n, const struct part *part)

@@ -18,7 +18,6 @@ struct node {
     int32_t parent, child;      /* first child, children are contiguous; -1 = none */
     int32_t n_children;
     int32_t first[N_SPECIES], count[N_SPECIES];
-    int32_t level;
 };
 
 struct tree {

@@ -162,7 +162,7 @@ static void split(struct builder *b, int32_t n)
     int32_t n_children = 0, from[N_SPECIES];
     for (int s = 0; s < N_SPECIES; s++) from[s] = node.first[s];
     for (int o = 0; o < 8; o++) {
-        struct node c = {.parent = n, .child = -1, .level = level};
+        struct node c = {.parent = n, .child = -1};
         for (int s = 0; s < N_SPECIES; s++) {
             c.first[s] = from[s];
             from[s] = boundary(b, s, from[s], node.first[s] + node.count[s], level, o + 1);

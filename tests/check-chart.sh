@@ -39,6 +39,7 @@ expect_status 0 tephra chart time orbit.csv repeats=1 n_collapse=0 n_evrard=0 ec
 awk -F, '$4 == 2 { error[$2] = $6; forces[$2] = $5 }
          END { twice = forces["pec twice"] > 1.5 * forces["pec"]
                exit !(twice && error["leapfrog"] < 5e-3 && error["pec"] > 0.1 && error["pec twice"] > 0.06) }' orbit.csv || fail "unexpected: $(cat orbit.csv)"
+
 # More rows, less error; steps of their own are fewer; what is no key is told as in a scene.
 expect_status 0 tephra chart sph repeats=1 n_sod=0 n_noh=0 n_wave=0 n_sedov=512 refine=1,8 neighbours=50 courant=0.3 \
     acceleration=0.25 alpha=1 variants='balsara=off count=smooth+alpha=0.8'
@@ -46,4 +47,14 @@ awk -F, '$2 == "n" { error[$3] = $7 } $2 == "steps" { common = $9 } $3 == "0.3" 
          END { exit !(error[8] < 0.75 * error[1] && own < 0.7 * common && n == 2) }' sph.csv || fail "unexpected: $(cat sph.csv)"
 expect_status 2 tephra chart sph other.csv repeats=1 n_sod=0 n_noh=0 n_wave=0 n_sedov=64 variants=balsra=off
 expect_text 'did you mean "balsara"' err
+
+# Forces: a closer opening costs less error; peers stand beside the shipped size only; groups share lists.
+expect_status 0 tephra chart gravity forces.csv n=3000 set=plummer repeats=1 sample=500 tolerance=1e-2,1e-5 angle=0.9,0.5 accuracy=1e-3
+awk -F, '$1 == "plummer" { rms[$3] = $12; p99[$3] = $14 }
+         END { exit !(rms["fmm order 5 1e-05"] < 0.1 * rms["fmm order 5 0.01"] && rms["tree order 2 0.5"] < rms["tree order 1 0.9"]) }' forces.csv ||
+    fail "unexpected: $(cat forces.csv)"
+awk -F, '$3 ~ /by accuracy/ { seen = 1; if (!($14 <= 1e-3)) exit 1 } END { exit !seen }' forces.csv || fail "the accuracy asked is missed"
+grep -q FDPS forces.csv && fail "peers beside another number of particles"
+expect_status 0 tephra chart group group.csv n=3000 group=20,2000 repeats=1
+awk -F, '$1 == "plummer" { pairs[$2] = $6 } END { exit !(pairs[2000] > 3 * pairs[20]) }' group.csv || fail "unexpected: $(cat group.csv)"
 finish

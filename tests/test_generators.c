@@ -19,7 +19,7 @@ static struct sim *make(const struct generator *generator, const char *keys, int
     return generator_case_make(generator, keys, n, (const double[3]){0, 0, 0});
 }
 
-extern const struct generator evrard_generator, plummer_generator, uniform_generator;
+extern const struct generator clumped_generator, evrard_generator, plummer_generator, uniform_generator;
 
 static double norm(const double x[3]) { return sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]); }
 
@@ -212,11 +212,43 @@ static void test_uniform(void **state)
     generator_case_free(sim);
 }
 
+/* Hernquist's halo alone, then clumps alone: their centres are drawn from the halo, and half the rows lie
+ * closer to another row than any would in a halo without clumps. */
+static double hernquist_part(double r) { return r * r / ((r + 1) * (r + 1)) / 0.98; }
+
+static double mean_nearest(const struct species *s)
+{
+    double sum = 0;
+    for (int64_t i = 0; i < s->n; i++) {
+        double least = INFINITY;
+        for (int64_t j = 0; j < s->n; j++) {
+            double d[3] = {s->pos[i][0] - s->pos[j][0], s->pos[i][1] - s->pos[j][1], s->pos[i][2] - s->pos[j][2]};
+            if (i != j) least = fmin(least, norm(d));
+        }
+        sum += log(least) / (double)s->n;
+    }
+    return exp(sum);
+}
+
+static void test_clumped(void **state)
+{
+    (void)state;
+    const int64_t n = 100000, few = 2000;
+    struct sim *sim = make(&clumped_generator, "fraction: 0", n);
+    check_rows(sim, DARK, n, 1.0);
+    assert_true(largest_gap(&sim->species[DARK], hernquist_part) < 2.0 / sqrt((double)n));
+    generator_case_free(sim);
+    struct sim *smooth = make(&clumped_generator, "fraction: 0", few), *clumps = make(&clumped_generator, "fraction: 1", few);
+    assert_true(mean_nearest(&clumps->species[DARK]) < 0.3 * mean_nearest(&smooth->species[DARK]));
+    generator_case_free(smooth);
+    generator_case_free(clumps);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_counts), cmocka_unit_test(test_evrard), cmocka_unit_test(test_plummer),
-        cmocka_unit_test(test_independence), cmocka_unit_test(test_uniform),
+        cmocka_unit_test(test_independence), cmocka_unit_test(test_uniform), cmocka_unit_test(test_clumped),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

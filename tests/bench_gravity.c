@@ -1,0 +1,115 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Rates of the pair and cell kernels of every instruction set on one core. Usage: bench_gravity. */
+#include "gravity/kernels.h"
+#include "gravity/pair.h"
+#include "isa.h"
+#include "profile.h"
+#include <math.h>
+#include <stdio.h>
+
+enum { TARGETS = 128, SOURCES = 1024, TIMES = 1000, TRIALS = 5, CELLS = 512, WIDTH = 64 };
+
+static float column[4][TARGETS];
+static double sum[4][TARGETS];
+static int32_t own[TARGETS], list[CELLS];
+static struct gravity_source row[SOURCES];
+static float soft[SOURCES], moment[CELLS * WIDTH];
+static struct gravity_cell cell[CELLS];
+static struct gravity_targets targets = {.n = TARGETS, .capacity = TARGETS, .x = column[0], .y = column[1], .z = column[2],
+    .unit = 1, .soft = column[3], .own = own, .ax = sum[0], .ay = sum[1], .az = sum[2], .depth = sum[3]};
+static struct gravity_sources sources = {.n = SOURCES, .capacity = SOURCES, .row = row, .soft = soft, .soft2 = 1e-4f};
+static struct gravity_far far_cells = {.cell = cell, .moment = moment, .width = WIDTH, .list = list, .n = CELLS,
+    .scale = 1, .soft2 = 1e-4f};
+
+/* A fraction that looks random. */
+static float fraction(unsigned i) { return (float)(i * 2654435761u >> 8) / (float)(1 << 24); }
+
+static void fill(void)
+{
+    for (unsigned i = 0; i < TARGETS; i++) {
+        for (unsigned k = 0; k < 3; k++) column[k][i] = fraction(5 * i + k);
+        column[3][i] = 5e-5f;
+        own[i] = (int32_t)i;
+    }
+    for (unsigned j = 0; j < SOURCES; j++) {
+        row[j] = (struct gravity_source){fraction(7 * j), fraction(7 * j + 1), fraction(7 * j + 2), 1e-3f};
+        soft[j] = 5e-5f;
+    }
+    for (unsigned c = 0; c < CELLS; c++) {
+        list[c] = (int32_t)c;
+        cell[c] = (struct gravity_cell){.pos = {3 + (double)fraction(c), 2, 1}, .reach = 0.5f, .scale = 0.5f, .mass = 1};
+        for (unsigned k = 0; k < WIDTH; k++) moment[c * WIDTH + k] = 1e-3f * fraction(c + k);
+    }
+}
+
+static double pair_rate(gravity_pair_sum *kernel)
+{
+    double least = INFINITY;
+    for (int t = 0; t < TRIALS; t++) {
+        double cpu = profile_cpu();
+        for (int i = 0; i < TIMES; i++) kernel(&targets, &sources);
+        least = fmin(least, profile_cpu() - cpu);
+    }
+    return (double)TARGETS * SOURCES * TIMES / least;
+}
+
+static double cell_rate(gravity_cell_sum *kernel)
+{
+    double least = INFINITY;
+    for (int t = 0; t < TRIALS; t++) {
+        double cpu = profile_cpu();
+        for (int i = 0; i < TIMES; i++) kernel(&targets, &far_cells);
+        least = fmin(least, profile_cpu() - cpu);
+    }
+    return (double)TARGETS * CELLS * TIMES / least;
+}
+
+static double local_time(gravity_local_sum *kernel)
+{
+    double least = INFINITY;
+    float local[128] = {0};
+    for (int t = 0; t < TRIALS; t++) {
+        double cpu = profile_cpu();
+        for (int i = 0; i < TIMES; i++) kernel(local, &far_cells);
+        least = fmin(least, profile_cpu() - cpu);
+    }
+    return least / ((double)CELLS * TIMES);
+}
+
+/* Pairs in double, the reference's: the yardstick of doc/benchmarks.md. */
+static double exact_rate(gravity_exact_sum *kernel)
+{
+    static struct gravity_exact rows = {.n = GRAVITY_EXACT};
+    double least = INFINITY, out[4] = {0};
+    const double target[4] = {0.5, 0.5, 0.5, 5e-5};
+    for (unsigned j = 0; j < GRAVITY_EXACT; j++) {
+        rows.x[j] = (double)fraction(3 * j), rows.y[j] = (double)fraction(3 * j + 1), rows.z[j] = (double)fraction(3 * j + 2);
+        rows.mass[j] = rows.soft[j] = 5e-5;
+    }
+    for (int t = 0; t < TRIALS; t++) {
+        double cpu = profile_cpu();
+        for (int i = 0; i < 100 * TIMES; i++) kernel(out, target, &rows);
+        least = fmin(least, profile_cpu() - cpu);
+    }
+    return (double)GRAVITY_EXACT * 100 * TIMES / least;
+}
+
+int main(void)
+{
+    static const char *const forms[] = {"one Plummer softening", "Plummer softenings", "spline"};
+    fill();
+    for (int isa = 0; isa < N_ISA; isa++) {
+        if (!isa_runs((enum isa)isa)) continue;
+        const struct gravity_kernels *k = gravity_kernels_find((enum isa)isa);
+        for (int form = 0; form < GRAVITY_FORMS; form++)
+            printf("%s %-22s 1e9 pairs/s: acceleration %.2f rough %.2f, with potential %.2f rough %.2f\n", isa_names[isa],
+                   forms[form], 1e-9 * pair_rate(k->pair->acc[GRAVITY_REFINED][form]), 1e-9 * pair_rate(k->pair->acc[GRAVITY_ROUGH][form]),
+                   1e-9 * pair_rate(k->pair->pot[GRAVITY_REFINED][form]), 1e-9 * pair_rate(k->pair->pot[GRAVITY_ROUGH][form]));
+        printf("%s 1e9 pairs in double: %.2f CPU s\n", isa_names[isa], 1e9 / exact_rate(k->exact->sum[SOFT_COMMON]));
+        printf("%s quadrupole cells on rows: %.2f 1e9/s; cells to local expansions of order 3 to 6, ns:", isa_names[isa],
+               1e-9 * cell_rate(k->far->quadrupoles[0]));
+        for (int o = 0; o < GRAVITY_ORDERS; o++) printf(" %.1f", 1e9 * local_time(k->far->to_local[o]));
+        printf("\n");
+    }
+    return 0;
+}
