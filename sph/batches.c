@@ -34,7 +34,10 @@ static void reserve(const struct sim *sim, struct sph *sph)
         sph->arena_size = size;
     }
     sph->arena_used = 0;
-    sph->batch = mem_resize("sph", sph->batch, (size_t)gas->n_active * sizeof *sph->batch);
+    /* Of each group, the last batch alone is not full. */
+    int64_t most = sph->n_groups + gas->n_active / SPH_BATCH;
+    if (most > gas->n_active) most = gas->n_active;
+    sph->batch = mem_resize("sph", sph->batch, (size_t)most * sizeof *sph->batch);
 }
 
 int32_t sph_group_of(const struct sim *sim, const struct sph *sph, int32_t row)
