@@ -34,10 +34,14 @@ static void reserve(const struct sim *sim, struct sph *sph)
         sph->arena_size = size;
     }
     sph->arena_used = 0;
-    /* Of each group, the last batch alone is not full. */
-    int64_t most = sph->n_groups + gas->n_active / SPH_BATCH;
-    if (most > gas->n_active) most = gas->n_active;
-    sph->batch = mem_resize("sph", sph->batch, (size_t)most * sizeof *sph->batch);
+    sph->batch = mem_resize("sph", sph->batch, (size_t)sph_most_batches(sph, gas->n_active) * sizeof *sph->batch);
+}
+
+/* Of each group, the last batch alone is not full. */
+int64_t sph_most_batches(const struct sph *sph, int64_t n)
+{
+    int64_t most = sph->n_groups + n / SPH_BATCH;
+    return most < n ? most : n;
 }
 
 int32_t sph_group_of(const struct sim *sim, const struct sph *sph, int32_t row)
@@ -51,24 +55,29 @@ int32_t sph_group_of(const struct sim *sim, const struct sph *sph, int32_t row)
     return sph->group[low];
 }
 
+int32_t sph_divide(const struct sim *sim, const struct sph *sph, const int32_t *row, int64_t n, struct sph_batch *batch)
+{
+    int32_t batches = 0, count;
+    for (int32_t r = 0, group = -1; r < n; r += count) {
+        const struct node *node = group < 0 ? NULL : &sim->tree.node[group];
+        if (!node || row[r] >= node->first[GAS] + node->count[GAS]) {
+            group = sph_group_of(sim, sph, row[r]);
+            node = &sim->tree.node[group];
+        }
+        int32_t end = node->first[GAS] + node->count[GAS];
+        for (count = 1; count < SPH_BATCH && r + count < n && row[r + count] < end;) count++;
+        batch[batches++] = (struct sph_batch){.node = group, .first = r, .count = count, .list = -1};
+    }
+    return batches;
+}
+
 void sph_make_batches(struct sim *sim, struct sph *sph)
 {
     const struct species *gas = &sim->species[GAS];
     if (sph->group == NULL || sph->grouped != sim->tree.built || sim->tree.built == sim->time.tick)
         make_groups(sim, sph);
     reserve(sim, sph);
-    int32_t n = 0, count;
-    for (int32_t a = 0, group = -1; a < gas->n_active; a += count) {
-        const struct node *node = group < 0 ? NULL : &sim->tree.node[group];
-        if (!node || gas->active[a] >= node->first[GAS] + node->count[GAS]) {
-            group = sph_group_of(sim, sph, gas->active[a]);
-            node = &sim->tree.node[group];
-        }
-        int32_t end = node->first[GAS] + node->count[GAS];
-        for (count = 1; count < SPH_BATCH && a + count < gas->n_active && gas->active[a + count] < end;) count++;
-        sph->batch[n++] = (struct sph_batch){.node = group, .first = a, .count = count, .list = -1};
-    }
-    sph->n_batches = n;
+    sph->n_batches = sph_divide(sim, sph, gas->active, gas->n_active, sph->batch);
 }
 
 void sph_keep_list(struct sph *sph, const struct sph_work *work, const struct sim *sim, struct sph_batch *batch)

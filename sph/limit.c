@@ -13,6 +13,7 @@
 #include "sph.h"
 #include <math.h>
 #include <omp.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* Steps differ by at most 2^LEVELS. */
@@ -63,81 +64,80 @@ static void add_wish(struct wishes *w, int32_t row, int rung)
     w->list[w->n++] = (struct wish){row, (uint8_t)rung};
 }
 
-/* The rungs of some rows' steps, as they are about to be. */
-struct range { int low, high; };
+/* Rows to compare with their neighbours: rows, ascending, in batches. */
+struct company { const int32_t *row; const struct sph_batch *batch; int32_t n; };
 
-static inline bool uneven(int rung, struct range range)
+/* Rungs beyond these are uneven with that of some of the rows. */
+static struct sph_rungs even_with(struct sph_region rows, const uint8_t *rung)
 {
-    return rung > range.low + LEVELS || rung < range.high - LEVELS;
-}
-
-static struct range range_of(struct sph_region rows, const uint8_t *rung)
-{
-    struct range range = {UINT8_MAX, 0};
+    struct sph_rungs even = {rung, 0, UINT8_MAX};
     for (int r = 0; r < rows.n; r++) {
         int own = rung[rows.row[r]];
-        range.low = own < range.low ? own : range.low;
-        range.high = own > range.high ? own : range.high;
+        even.low = own - LEVELS > even.low ? own - LEVELS : even.low;
+        even.high = own + LEVELS < even.high ? own + LEVELS : even.high;
     }
-    return range;
+    return even;
 }
 
-/* A row with the n entries of the tile that are listed. */
-static void compare_row(const struct sph_work *work, const struct sim *sim, const uint8_t *rung, int32_t i, int n,
+/* A row with the entries of the tile that are listed. */
+static void compare_row(const struct sph_work *work, const uint8_t *rung, int32_t i, struct sph_place own, int n,
                         struct wishes *wishes)
 {
-    struct sph_place own = sph_place_row(work, sim, i);
-    for (int k = 0; k < n; k++) {
-        const struct sph_place *other = &work->tile.place[work->tile.list[k]];
-        struct sph_gap gap = sph_gap(own, *other);
-        float h = 2 * own.half_h;
-        float reach = work->meet.own * h + fmaxf(work->meet.least * h, work->meet.other * 2 * other->half_h);
-        int32_t j = work->row[work->tile.list[k]];
-        if (gap.r2 > reach * reach) continue;
-        if (rung[j] > rung[i] + LEVELS) add_wish(wishes, j, rung[i] + LEVELS);
-        if (rung[i] > rung[j] + LEVELS) add_wish(wishes, i, rung[j] + LEVELS);
+    const float h = 2 * own.half_h;
+    for (int e = 0; e < n; e++) {
+        int k = work->tile.list[e];
+        int32_t j = work->row[k];
+        if (rung[j] <= rung[i] + LEVELS && rung[i] <= rung[j] + LEVELS) continue;
+        float reach = work->meet.own * h + fmaxf(work->meet.least * h, work->tile.reach[k]);
+        if (sph_gap(own, work->tile.place[k]).r2 > reach * reach) continue;
+        if (rung[j] > rung[i]) add_wish(wishes, j, rung[i] + LEVELS);
+        else add_wish(wishes, i, rung[j] + LEVELS);
     }
 }
 
-/* Only entries whose rung is uneven with one of the rows' need comparing. */
-static void compare_tile(struct sph_work *work, const struct sim *sim, const uint8_t *rung, struct sph_region rows,
+/* Rows with the tile, a cluster at a time. */
+static void compare_tile(struct sph_work *work, const struct sim *sim, const struct sph *sph, struct sph_region rows,
                          struct wishes *wishes)
 {
-    struct range range = range_of(rows, rung);
-    int n = 0;
-    for (int k = 0; k < work->tile.n; k++)
-        if (uneven(rung[work->row[k]], range)) work->tile.list[n++] = (uint16_t)k;
-    for (int r = 0; n > 0 && r < rows.n; r++) compare_row(work, sim, rung, rows.row[r], n, wishes);
-}
-
-/* Compares rows of the group `node` with all their neighbours. */
-static void compare_rows(struct sph_work *work, const struct sim *sim, const struct sph *sph, int32_t node,
-                         struct sph_region rows, struct wishes *wishes)
-{
-    struct sph_reach reach = sph_mutual(sph, sph_largest_h(sim, rows));
-    sph_centre(work, sim, node, rows);
-    for (int64_t skip = 0; skip == 0 || work->more; skip += SPH_TILE) {
-        sph_gather(work, sim, reach, skip);
-        compare_tile(work, sim, sph->next_rung, rows, wishes);
+    const uint8_t *rung = sph->next_rung;
+    const struct sph_meet meet = work->meet;
+    for (int r = 0; work->tile.n > 0 && r < rows.n; r += SPH_LANES) {
+        struct sph_region cluster = {rows.row + r, rows.n - r < SPH_LANES ? rows.n - r : SPH_LANES};
+        struct sph_lanes lanes;
+        float h = sph_largest_h(sim, cluster);
+        struct sph_box box = sph_lanes_fill(&lanes, work, sim, cluster);
+        int n = sph->loops->filter(&work->tile, box, meet.own * h, meet.least * h);
+        for (int l = 0; n > 0 && l < cluster.n; l++) {
+            struct sph_place own = {.x = lanes.x[l], .y = lanes.y[l], .z = lanes.z[l], .half_h = lanes.half_h[l]};
+            compare_row(work, rung, cluster.row[l], own, n, wishes);
+        }
     }
 }
 
-static void compare_batch(const struct sph *sph, struct sph_work *work, const struct sim *sim,
+/* Compares the rows of a batch with those of their neighbours that are uneven with any of them: nearly always few. */
+static void compare_batch(struct sph_work *work, const struct sim *sim, const struct sph *sph, const int32_t *row,
                           const struct sph_batch *batch, struct wishes *wishes)
 {
-    struct sph_region rows = sph_batch_rows(sim, batch);
-    if (batch->list < 0) {
-        compare_rows(work, sim, sph, batch->node, rows, wishes);
+    const struct sph_region rows = {row + batch->first, batch->count};
+    const struct sph_rungs even = even_with(rows, sph->next_rung);
+    if (batch->list >= 0) {
+        const int32_t *list = sph->arena + batch->list;
+        int n = 0;
+        for (int32_t k = 0; k < batch->n_list; k++)
+            if (sph_is_beyond(&even, list[k])) work->row[n++] = list[k];
+        if (n == 0) return;
+        sph_centre(work, sim, batch->node, rows);
+        sph_stage(work, sim, work->row, n);
+        compare_tile(work, sim, sph, rows, wishes);
         return;
     }
-    const int32_t *list = sph->arena + batch->list;
-    struct range range = range_of(rows, sph->next_rung);
-    int32_t first = 0;
-    while (first < batch->n_list && !uneven(sph->next_rung[list[first]], range)) first++;
-    if (first == batch->n_list) return;
+    struct sph_reach reach = sph_mutual(sph, sph_largest_h(sim, rows));
+    reach.beyond = &even;
     sph_centre(work, sim, batch->node, rows);
-    sph_stage(work, sim, list + first, batch->n_list - first);
-    compare_tile(work, sim, sph->next_rung, rows, wishes);
+    for (int64_t skip = 0; skip == 0 || work->more; skip += SPH_TILE) {
+        sph_gather(work, sim, reach, skip);
+        compare_tile(work, sim, sph, rows, wishes);
+    }
 }
 
 /* Grants wishes in rung[] and appends the rows that changed. */
@@ -151,18 +151,39 @@ static void grant(uint8_t *rung, const struct wishes *wishes, struct wishes *gra
     }
 }
 
-static void compare_batches(struct sim *sim, struct sph *sph, struct wishes *wishes)
+static void compare(struct sim *sim, struct sph *sph, struct company company, struct wishes *wishes)
 {
-#pragma omp parallel
+#pragma omp parallel if (company.n > 1)
     {
         struct wishes mine = {0};
 #pragma omp for schedule(dynamic, 4) nowait
-        for (int32_t b = 0; b < sph->n_batches; b++)
-            compare_batch(sph, sph->work[omp_get_thread_num()], sim, &sph->batch[b], &mine);
+        for (int32_t b = 0; b < company.n; b++)
+            compare_batch(sph->work[omp_get_thread_num()], sim, sph, company.row, &company.batch[b], &mine);
 #pragma omp critical(sph_wishes)
         for (int64_t w = 0; w < mine.n; w++) add_wish(wishes, mine.list[w].row, mine.list[w].rung);
         mem_free(mine.list);
     }
+}
+
+static int by_number(const void *a, const void *b)
+{
+    const int32_t *x = a, *y = b;
+    return (*x > *y) - (*x < *y);
+}
+
+/* Rows that have just been granted a wish may be uneven with others now. */
+static void compare_granted(struct sim *sim, struct sph *sph, const struct wish *granted, int64_t n, struct wishes *wishes)
+{
+    int32_t *row = mem_array("sph", int32_t, n);
+    int64_t rows = 0;
+    for (int64_t w = 0; w < n; w++) row[w] = granted[w].row;
+    qsort(row, (size_t)n, sizeof *row, by_number);
+    for (int64_t w = 0; w < n; w++)
+        if (w == 0 || row[w] != row[w - 1]) row[rows++] = row[w];
+    struct sph_batch *batch = mem_array("sph", struct sph_batch, sph_most_batches(sph, rows));
+    compare(sim, sph, (struct company){row, batch, sph_divide(sim, sph, row, rows, batch)}, wishes);
+    mem_free(batch);
+    mem_free(row);
 }
 
 /* What is granted becomes the step of an active row, or wakes a sleeping one. A row may come twice:
@@ -198,15 +219,13 @@ static void share_wishes(struct wishes *wishes)
 static void even_out(struct sim *sim, struct sph *sph)
 {
     struct wishes wishes = {0}, granted = {0};
-    compare_batches(sim, sph, &wishes);
+    compare(sim, sph, (struct company){sim->species[GAS].active, sph->batch, sph->n_batches}, &wishes);
     share_wishes(&wishes);
     grant(sph->next_rung, &wishes, &granted);
     for (int64_t w = 0, end; w < granted.n; w = end) {
         wishes.n = 0;
-        for (end = granted.n; w < end; w++) {
-            int32_t row = granted.list[w].row;
-            compare_rows(sph->work[0], sim, sph, sph_group_of(sim, sph, row), (struct sph_region){&row, 1}, &wishes);
-        }
+        end = granted.n;
+        compare_granted(sim, sph, granted.list + w, end - w, &wishes);
         grant(sph->next_rung, &wishes, &granted);
     }
     for (int64_t w = 0; w < granted.n; w++) apply(sim, sph, granted.list[w].row);

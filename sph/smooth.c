@@ -166,7 +166,7 @@ static void search_rows(const struct seeker *s, struct wish *wish, int n, bool f
     for (; n > 0; first = false) {
         const struct sph_meet *meet = &s->work->meet;
         float half = 0.5f * widest_reach(s, wish, n), other = first ? first_reach * meet->other : 0;
-        sph_gather(s->work, s->sim, (struct sph_reach){meet->own * half, (2 - meet->own) * half, other, true}, 0);
+        sph_gather(s->work, s->sim, (struct sph_reach){meet->own * half, (2 - meet->own) * half, other, true, NULL}, 0);
         if (s->work->more && n > 1) {
             search_rows(s, wish, n / 2, false);
             search_rows(s, wish + n / 2, n - n / 2, false);

@@ -62,6 +62,9 @@ struct sph {
 
 /* batches.c: groups after a rebuild, batches of this step's active rows, scratch for every thread. */
 void sph_make_batches(struct sim *sim, struct sph *sph);
+/* Divides n rows of the gas, ascending, into batches without lists; returns their number, sph_most_batches at most. */
+int32_t sph_divide(const struct sim *sim, const struct sph *sph, const int32_t *row, int64_t n, struct sph_batch *batch);
+int64_t sph_most_batches(const struct sph *sph, int64_t n);
 void sph_free_batches(struct sph *sph);
 /* Keeps the tile's rows as the list of the batch, if the arena has room. */
 void sph_keep_list(struct sph *sph, const struct sph_work *work, const struct sim *sim, struct sph_batch *batch);
@@ -82,14 +85,19 @@ float sph_largest_h(const struct sim *sim, struct sph_region rows);
 void sph_centre(struct sph_work *work, const struct sim *sim, int32_t node, struct sph_region region);
 /* A row as it is now, about the work's centre. */
 struct sph_place sph_place_row(const struct sph_work *work, const struct sim *sim, int32_t i);
+/* The rungs of some rows' steps. */
+struct sph_rungs { const uint8_t *of; int low, high; };
 /* Which rows are staged: those within `rows` + max(least, factor times their h) of the region's box.
- * search: h of the rows whose step ends is what is expected of it, and velocities are left out. */
-struct sph_reach { float rows, least, factor; bool search; };
+ * search: h of the rows whose step ends is what is expected of it, and velocities are left out.
+ * beyond: unless NULL, only rows whose own rung lies below low or above high. */
+struct sph_reach { float rows, least, factor; bool search; const struct sph_rungs *beyond; };
 /* Stages the gas rows in reach. The first `skip` of them are passed over. */
 void sph_gather(struct sph_work *work, const struct sim *sim, struct sph_reach reach, int64_t skip);
 /* All that the kernels of the rows may meet, once every h is known. */
 static inline struct sph_reach sph_mutual(const struct sph *sph, float largest_h)
-{ return (struct sph_reach){sph->meet.own * largest_h, sph->meet.least * largest_h, sph->meet.other, false}; }
+{ return (struct sph_reach){.rows = sph->meet.own * largest_h, .least = sph->meet.least * largest_h, .factor = sph->meet.other}; }
+static inline bool sph_is_beyond(const struct sph_rungs *rungs, int32_t row)
+{ return rungs->of[row] < rungs->low || rungs->of[row] > rungs->high; }
 /* Whether each row of the tile is the image nearest to the centre, so that a list of rows tells them all. */
 bool sph_nearest(const struct sph_work *work, const struct sim *sim);
 /* Stages the rows listed, in a box their nearest images. */

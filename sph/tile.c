@@ -176,6 +176,7 @@ static void take_places(struct sph_work *work, const struct sim *sim, const stru
 {
     struct sph_tile *tile = &work->tile;
     for (int32_t i = node->first[GAS]; i < node->first[GAS] + node->count[GAS]; i++) {
+        if (walk->reach.beyond && !sph_is_beyond(walk->reach.beyond, i)) continue;
         struct sph_place p = place_row(work, sim, i);
         float r = reach_of(&walk->reach, 2.0f * p.half_h);
         if (row_gap2(work, (const float[3]){p.x, p.y, p.z}) > (float)margin * r * r || walk->skip-- > 0) continue;
