@@ -71,6 +71,7 @@ static void set_softening(struct sim *sim, struct gravity *g)
         least = fmin(least, length);
         most = fmax(most, length);
     }
+    sim->tree.blur = isfinite(least) ? least : 0;
     bool spline = g->softening_kernel == KERNEL_SPLINE;
     g->form = spline ? SOFT_SPLINE : least == most && least > 0 ? SOFT_COMMON : SOFT_PLUMMER;
     g->support = spline ? most : 0;

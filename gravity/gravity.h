@@ -65,11 +65,11 @@ static inline enum gravity_refinement gravity_refinement(const struct gravity *g
 
 /* Rows of a cell that acts as a whole or row by row, but is not opened. */
 static inline bool gravity_is_leaf(const struct gravity *g, const struct node *node)
-{ return node->n_children == 0 || node_rows(node, ALL_SPECIES) <= g->opening.leaf_size; }
+{ return node->n_children == 0 || (!node->stretched && node_rows(node, ALL_SPECIES) <= g->opening.leaf_size); }
 
 /* Rows that share their interaction lists: the topmost cells for which this holds. */
 static inline bool gravity_is_group(const struct gravity *g, const struct node *node)
-{ return node->n_children == 0 || node_rows(node, ALL_SPECIES) <= g->opening.group_size; }
+{ return node->n_children == 0 || (!node->stretched && node_rows(node, ALL_SPECIES) <= g->opening.group_size); }
 
 /* Room for the staged rows of a new tree. After the rows or the cells have moved: epoch++. */
 void gravity_rows_build(struct sim *sim, struct gravity *g);

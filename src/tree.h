@@ -16,14 +16,16 @@ struct node {
     float speed;                /* largest |v - vel| of a row, any component, until the next rebuild */
     float mass;
     int32_t parent, child;      /* first child, children are contiguous; -1 = none */
-    int32_t n_children;
+    int16_t n_children;
+    int16_t stretched;          /* floats about one centre would not tell its rows apart; never a group */
     int32_t first[N_SPECIES], count[N_SPECIES];
 };
 
 struct tree {
     struct node *node;          /* node[0] is the root; children come after their parent */
     int32_t n_nodes, capacity;
-    int leaf_size;              /* a cell with more rows is split */
+    int leaf_size;              /* a cell with more rows is split, and a stretched one */
+    double blur;                /* rows nearer to each other than this need not be told apart */
     int64_t built, fitted;      /* ticks */
     double corner[3], side;     /* of the root's cube */
     int32_t *active_count;      /* per node: active own rows within; valid after tree_mark_active */
@@ -48,8 +50,9 @@ void tree_follow(struct sim *sim);
 void tree_follow_rows(struct sim *sim, enum species_kind kind, const int32_t *row, int64_t n);
 /* Fills active_count along the paths from the root to the active rows. */
 void tree_mark_active(struct sim *sim);
-/* Cells that are the topmost with at most `size` rows of the species in `mask` (and at least one):
- * a partition of those rows in key order. Returns their number; *groups belongs to the caller. */
+/* Cells that are the topmost with at most `size` rows of the species in `mask` (and at least one) and
+ * are not stretched: a partition of those rows in key order. Returns their number; *groups belongs to
+ * the caller. */
 int32_t tree_groups(const struct tree *tree, unsigned mask, int size, const char *owner, int32_t **groups);
 void tree_free(struct tree *tree);
 static inline int64_t node_rows(const struct node *node, unsigned mask)

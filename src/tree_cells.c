@@ -9,7 +9,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-struct builder {
+struct cells {
     struct sim *sim;
     struct tree *tree;
     double scale;                       /* grid cells a unit length: 2^42 / side */
@@ -42,14 +42,14 @@ static bool choose_cube(struct sim *sim)
     return true;
 }
 
-static inline void row_grid(const struct builder *b, const struct species *s, int64_t i, uint64_t x[3])
+static inline void row_grid(const struct cells *b, const struct species *s, int64_t i, uint64_t x[3])
 {
     double pos[3];
     sim_predict(&b->sim->time, s, i, pos);
     key_grid(pos, b->tree->corner, b->scale, x);
 }
 
-static struct key row_key(const struct builder *b, const struct species *s, int64_t i)
+static struct key row_key(const struct cells *b, const struct species *s, int64_t i)
 {
     uint64_t x[3];
     row_grid(b, s, i, x);
@@ -66,7 +66,7 @@ static int compare_ties(const void *a, const void *b)
     return (s->id > t->id) - (s->id < t->id);
 }
 
-static void settle_ties(const struct builder *b, const struct species *s, int32_t *order)
+static void settle_ties(const struct cells *b, const struct species *s, int32_t *order)
 {
     const uint64_t *high = b->high[s->kind];
     struct tie *tie = NULL;
@@ -82,7 +82,7 @@ static void settle_ties(const struct builder *b, const struct species *s, int32_
     mem_free(tie);
 }
 
-static void sort_species(struct builder *b, struct species *s)
+static void sort_species(struct cells *b, struct species *s)
 {
     uint64_t *high = b->high[s->kind] = mem_array("sort", uint64_t, s->n);
     int32_t *order = mem_array("sort", int32_t, s->n);
@@ -99,7 +99,7 @@ static void sort_species(struct builder *b, struct species *s)
     mem_free(order);
 }
 
-static int octant(const struct builder *b, int s, int64_t i, int level)
+static int octant(const struct cells *b, int s, int64_t i, int level)
 {
     struct key key = {b->high[s][i], 0};
     if (level > KEY_HALF) key = row_key(b, &b->sim->species[s], i);
@@ -107,7 +107,7 @@ static int octant(const struct builder *b, int s, int64_t i, int level)
 }
 
 /* First row of [from, to) whose octant at `level` is at least `wanted`. */
-static int32_t boundary(const struct builder *b, int s, int32_t from, int32_t to, int level, int wanted)
+static int32_t boundary(const struct cells *b, int s, int32_t from, int32_t to, int level, int wanted)
 {
     while (from < to) {
         int32_t middle = from + (to - from) / 2;
@@ -118,7 +118,7 @@ static int32_t boundary(const struct builder *b, int s, int32_t from, int32_t to
 }
 
 /* Level at which the rows of a cell first lie in different octants; beyond KEY_LEVELS if never. */
-static int parting_level(const struct builder *b, const struct node *node)
+static int parting_level(const struct cells *b, const struct node *node)
 {
     struct key first = {0, 0}, differ = {0, 0};
     bool started = false;
@@ -150,16 +150,17 @@ static int32_t add_nodes(struct tree *tree, int32_t count)
     return first;
 }
 
-static void split(struct builder *b, int32_t n)
+/* One level of splitting. */
+static void part(struct cells *b, int32_t n)
 {
     struct tree *tree = b->tree;
     struct node node = tree->node[n];
-    if (node_rows(&node, ALL_SPECIES) <= tree->leaf_size) return;
     int level = parting_level(b, &node);
     if (level > KEY_LEVELS) return;     /* all rows at one place: a leaf of any size */
 
     struct node child[8];
-    int32_t n_children = 0, from[N_SPECIES];
+    int32_t from[N_SPECIES];
+    int16_t n_children = 0;
     for (int s = 0; s < N_SPECIES; s++) from[s] = node.first[s];
     for (int o = 0; o < 8; o++) {
         struct node c = {.parent = n, .child = -1};
@@ -174,27 +175,44 @@ static void split(struct builder *b, int32_t n)
     tree->node[n].child = first;
     tree->node[n].n_children = n_children;
     for (int32_t k = 0; k < n_children; k++) tree->node[first + k] = child[k];
+}
+
+static void split(struct cells *b, int32_t n)
+{
+    const struct tree *tree = b->tree;
+    if (node_rows(&tree->node[n], ALL_SPECIES) <= tree->leaf_size) return;
+    part(b, n);
+    const int32_t first = tree->node[n].child, n_children = tree->node[n].n_children;
     for (int32_t k = 0; k < n_children; k++) split(b, first + k);
 }
 
-bool tree_cells(struct sim *sim)
+struct cells *tree_cells_begin(struct sim *sim)
 {
     struct tree *tree = &sim->tree;
-    if (!choose_cube(sim)) return false;
-    struct builder b = {.sim = sim, .tree = tree, .scale = ldexp(1.0, KEY_LEVELS) / tree->side};
+    if (!choose_cube(sim)) return NULL;
+    struct cells *b = mem_alloc("sort", sizeof *b);
+    *b = (struct cells){.sim = sim, .tree = tree, .scale = ldexp(1.0, KEY_LEVELS) / tree->side};
     struct node root = {.parent = -1, .child = -1};
     for_species(sim, s) {
-        sort_species(&b, s);
+        sort_species(b, s);
         root.count[s->kind] = (int32_t)s->n;
     }
     tree->n_nodes = 0;
     if (node_rows(&root, ALL_SPECIES) > 0) {
         add_nodes(tree, 1);
         tree->node[0] = root;
-        split(&b, 0);
+        split(b, 0);
     }
-    for (int s = 0; s < N_SPECIES; s++) mem_free(b.high[s]);
+    return b;
+}
+
+void tree_cells_split(struct cells *cells, int32_t leaf) { part(cells, leaf); }
+
+void tree_cells_end(struct cells *cells)
+{
+    struct tree *tree = cells->tree;
+    for (int s = 0; s < N_SPECIES; s++) mem_free(cells->high[s]);
     tree->capacity = tree->n_nodes;     /* what growing took too much */
     tree->node = mem_resize("tree", tree->node, (size_t)tree->capacity * sizeof *tree->node);
-    return true;
+    mem_free(cells);
 }
