@@ -5,6 +5,7 @@
 #include "comm.h"
 #include "contact.h"
 #include "direct_engine.h"
+#include "energy.h"
 #include "log.h"
 #include "mem.h"
 #include "module.h"
@@ -252,15 +253,7 @@ static void potential(struct sim *sim, void *state)
 static void energy(struct sim *sim, void *state, struct energy_sink *sink)
 {
     (void)state;
-    enum { BLOCK = 4096 };
-    double sum = 0;
-    for_species(sim, s)
-        for (int64_t b = s->own; b < s->own + s->n_own; b += BLOCK) {
-            double part = 0;
-            for (int64_t i = b; i < b + BLOCK && i < s->own + s->n_own; i++) part += s->mass[i] * (double)s->pot[i];
-            sum += 0.5 * part;
-        }
-    sink->add(sink, "potential", sum);
+    for_species(sim, s) sink->add(sink, "potential", 0.5 * energy_of_rows(s, s->pot));
 }
 
 /* Rows that no smoothing length limits (collisionless ones): free fall over their softening length. */

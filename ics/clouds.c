@@ -15,7 +15,7 @@
 #include <string.h>
 
 struct clouds {
-    double mass, radius, temperature, mu, velocity, impact, separation;
+    double mass, radius, temperature, velocity, impact, separation;
     double turbulence, slope, solenoidal, rotation;
     int64_t waves;
     int places;
@@ -26,10 +26,9 @@ static const struct param params[] = {
     {"mass", PARAM_REAL, "mass", "1", 1e-30, 1e30, NULL, "mass of each cloud", false, offsetof(struct clouds, mass)},
     {"radius", PARAM_REAL, "length", "1", 1e-30, 1e30, NULL, "radius of each cloud", false, offsetof(struct clouds, radius)},
     {"temperature", PARAM_REAL, "temperature", "none", 1e-3, 1e9, NULL,
-     "gives the speed of sound sqrt(k T/(mu m_p)), or u with sph.eos: adiabatic; default: from sph.sound_speed", false,
+     "gives the speed of sound sqrt(k T/(mu m_p)), or u with sph.eos: adiabatic; mu is sph.mu, here 2; "
+     "default: from sph.sound_speed", false,
      offsetof(struct clouds, temperature)},
-    {"mu", PARAM_REAL, "", "2", 0.1, 10, NULL, "mean molecular weight: 2 is pure H2, 2.33 with helium", false,
-     offsetof(struct clouds, mu)},
     {"velocity", PARAM_REAL, "velocity", "0", 0, 1e30, NULL, "speed with which one cloud approaches the other", false,
      offsetof(struct clouds, velocity)},
     {"impact", PARAM_REAL, "", "0", 0, 100, NULL, "impact parameter in radii: the offset of the paths", false,
@@ -51,11 +50,6 @@ static const struct param params[] = {
     {0}
 };
 
-static double sound_speed(const struct sim *sim, const struct clouds *clouds)
-{
-    return sqrt(CONST_K_B * clouds->temperature / (clouds->mu * CONST_M_PROTON)) / sim->units.velocity;
-}
-
 /* What the scene says of a key, in code units; NAN if nothing that can be read. */
 static double said(const struct sim *sim, const char *block, const char *key, const char *dimension)
 {
@@ -67,6 +61,13 @@ static double said(const struct sim *sim, const char *block, const char *key, co
     return value;
 }
 
+/* Of H2, unless the scene says another mean molecular weight. */
+static double sound_speed(struct sim *sim, const struct clouds *clouds)
+{
+    start_advise(sim, "sph", "mu", 2);
+    return sqrt(CONST_K_B * clouds->temperature / (said(sim, "sph", "mu", "") * CONST_M_PROTON)) / sim->units.velocity;
+}
+
 /* The gas resists from the density on at which two kernels full of rows are a Jeans mass (Bate & Burkert 1997,
  * MNRAS 288, 1060), (5 c^2/(2 G))^(3/2) (4 pi rho/3)^(-1/2), but not below ten times the clouds' mean; the softening is
  * the smoothing length there. h itself has no floor: what collapses beyond would have all its rows as neighbours. */
@@ -76,7 +77,8 @@ static void clouds_advise(struct sim *sim, const void *state, int64_t n)
     const double pi = 3.14159265358979323846, R = clouds->radius, least = 10;
     if (sim->units.physical && !isnan(clouds->temperature)) {
         const char *eos = scene_value(sim->scene, "sph", "eos");
-        if (eos && strcmp(eos, "adiabatic") != 0) start_advise(sim, "sph", "sound_speed", sound_speed(sim, clouds));
+        double speed = sound_speed(sim, clouds);
+        if (eos && strcmp(eos, "adiabatic") != 0) start_advise(sim, "sph", "sound_speed", speed);
     }
     double c = said(sim, "sph", "sound_speed", "velocity"), neighbours = said(sim, "sph", "neighbours", "");
     const char *eos = scene_value(sim->scene, "sph", "eos");
@@ -162,9 +164,7 @@ static void clouds_make(struct sim *sim, const void *state, int64_t n)
     }
     struct species *gas = &sim->species[GAS];
     rows_centre(rows_all(gas));
-    if (isnan(clouds->temperature)) return;
-    double c = sound_speed(sim, clouds);
-    rows_set_u(gas, c * c / (sim_real(sim, "gamma", 5.0 / 3) - 1));
+    if (!isnan(clouds->temperature)) rows_set_temperature(sim, clouds->temperature);
 }
 
 const struct generator clouds_generator = {

@@ -8,7 +8,7 @@
 #include "rows.h"
 #include <math.h>
 
-struct medium { double rho, u, n_h, temperature, hydrogen, mu, jitter; };
+struct medium { double rho, u, n_h, temperature, hydrogen, jitter; };
 
 static const struct param params[] = {
     {"density", PARAM_REAL, "density", "none", 1e-300, 1e300, NULL, "density; or give n_h", false, offsetof(struct medium, rho)},
@@ -20,8 +20,6 @@ static const struct param params[] = {
      offsetof(struct medium, temperature)},
     {"hydrogen", PARAM_REAL, "", "0.76", 0.01, 1, NULL, "part of the mass that is hydrogen, for n_h", false,
      offsetof(struct medium, hydrogen)},
-    {"mu", PARAM_REAL, "", "none", 0.1, 10, NULL,
-     "mean molecular weight, for temperature; default: as `cooling` has it, else 0.6", false, offsetof(struct medium, mu)},
     {"jitter", PARAM_REAL, "", "0", 0, 1, NULL, "rows are displaced by up to this part of their spacing along each axis", false,
      offsetof(struct medium, jitter)},
     {0}
@@ -61,7 +59,7 @@ static void medium_make(struct sim *sim, const void *state, int64_t n)
     struct species *gas = rows_make(sim, GAS, n, rho * side[0] * side[1] * side[2]);
     lattice_box(n, side, gas->pos);
     if (medium->jitter > 0) shake(sim, gas, medium->jitter * cbrt(side[0] * side[1] * side[2] / (double)n), side);
-    if (isnan(medium->u)) rows_set_temperature(sim, medium->temperature, medium->mu);
+    if (isnan(medium->u)) rows_set_temperature(sim, medium->temperature);
     else rows_set_u(gas, medium->u);
 }
 

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Rows of a generator: see rows.h. */
 #include "rows.h"
-#include "constants.h"
 #include "layout.h"
 #include <math.h>
 
@@ -66,15 +65,10 @@ void rows_set_u(struct species *table, double u)
     for (int64_t i = 0; i < table->n; i++) table->u[i] = (float)u;
 }
 
-void rows_set_temperature(struct sim *sim, double kelvin, double mu)
+void rows_set_temperature(struct sim *sim, double kelvin)
 {
-    double u = kelvin / layout_kelvin(sim);
-    if (!isnan(mu)) {
-        double particle = (sim_real(sim, "gamma", 5.0 / 3) - 1) * mu * CONST_M_PROTON;
-        u = CONST_K_B * kelvin / particle / (sim->units.velocity * sim->units.velocity);
-    }
-    sim->kelvin = isnan(mu);
-    rows_set_u(&sim->species[GAS], u);
+    sim->kelvin = true;
+    rows_set_u(&sim->species[GAS], kelvin / layout_kelvin(sim));
 }
 
 bool rows_box(struct sim *sim, const char *generator, double length, double side[3])

@@ -23,9 +23,9 @@ void rows_rest(struct rows rows);
 void rows_share(int64_t n, int parts, const double *share, int64_t *count);
 /* Gives every gas row this specific internal energy; nothing to do for other species. */
 void rows_set_u(struct species *table, double u);
-/* The same from a temperature in K: with this mean molecular weight, or, if it is NAN, with that of the module that
- * knows it (sim->kelvin), else with layout_kelvin. The scene has physical units. */
-void rows_set_temperature(struct sim *sim, double kelvin, double mu);
+/* The same from a temperature in K, with layout_kelvin, or as the module has it that knows better (sim->kelvin). The
+ * scene has physical units. */
+void rows_set_temperature(struct sim *sim, double kelvin);
 /* The sides of the scene's box; `length` instead of box.x where it is a number. False, and a problem noted in the
  * generator's name, if there is no box that is closed on all sides but such an x. */
 bool rows_box(struct sim *sim, const char *generator, double length, double side[3]);

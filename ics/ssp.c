@@ -34,7 +34,7 @@ static void ssp_make(struct sim *sim, const void *state, int64_t n)
     double rho = ssp->n_h * CONST_M_PROTON / sim->units.mass / ssp->hydrogen;
     struct species *gas = rows_make(sim, GAS, n - ssp->stars, rho * volume);
     lattice_box(gas->n, side, gas->pos);
-    rows_set_temperature(sim, ssp->temperature, NAN);
+    rows_set_temperature(sim, ssp->temperature);
     if (ssp->stars == 0) return;
     struct species *star = rows_make(sim, STAR, ssp->stars, (double)ssp->stars * ssp->star_mass);
     for (int64_t i = 0; i < star->n; i++) {

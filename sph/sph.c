@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * The module `sph`: parameters, columns, energy and warnings of smoothed particle hydrodynamics
  * (Monaghan 1992, with the neighbours, viscosity and steps of Berczik 1999). */
+#include "constants.h"
+#include "energy.h"
 #include "isa.h"
 #include "log.h"
 #include "mem.h"
@@ -46,6 +48,8 @@ static const struct param params[] = {
      offsetof(struct sph, eos)},
     {"gamma", PARAM_REAL, "", "1.6666666666666667", 1.0001, 10, NULL, "adiabatic index", false,
      offsetof(struct sph, gamma)},
+    {"mu", PARAM_REAL, "", "0.6", 0.1, 10, NULL, "mean molecular weight, for temperatures where no other module knows it: "
+     "0.6 ionised, 1.3 neutral, 2 H2, 2.33 H2 with helium", false, offsetof(struct sph, mu)},
     {"sound_speed", PARAM_REAL, "velocity", "none", 1e-300, 1e300, NULL, "of isothermal gas; of thin barotropic gas", false,
      offsetof(struct sph, sound_speed)},
     {"stiff_density", PARAM_REAL, "density", "none", 1e-300, 1e300, NULL,
@@ -137,6 +141,30 @@ static void check_units(struct sim *sim, const struct sph *sph)
     }
 }
 
+/* T = P/rho mu m_p/k_B; P/rho in units of velocity squared. */
+static double kelvin_of(const struct sim *sim, const struct sph *sph, double pressure)
+{
+    return pressure * sim->units.velocity * sim->units.velocity * sph->mu * CONST_M_PROTON / CONST_K_B;
+}
+
+static double kelvin(const struct sim *sim, const void *state)
+{
+    const struct sph *sph = state;
+    return kelvin_of(sim, sph, sph->gamma - 1);
+}
+
+static void temperature(const struct sim *sim, const void *state, float *kelvin)
+{
+    const struct sph *sph = state;
+    const struct species *gas = &sim->species[GAS];
+#pragma omp parallel for
+    for (int64_t i = 0; i < gas->n; i++) {
+        double pressure = sph->eos == SPH_ADIABATIC ? (sph->gamma - 1) * (double)gas->u[i]
+                        : sph->sound_speed * sph->sound_speed * (1 + (double)sph_stiffening(sph, gas->rho[i]));
+        kelvin[i] = (float)kelvin_of(sim, sph, pressure);
+    }
+}
+
 static void begin(struct sim *sim, void *state)
 {
     check_units(sim, state);
@@ -152,10 +180,7 @@ static void energy(struct sim *sim, void *state, struct energy_sink *sink)
 {
     (void)state;
     const struct species *gas = &sim->species[GAS];
-    if (!gas->u) return;
-    double thermal = 0;
-    for (int64_t i = gas->own; i < gas->own + gas->n_own; i++) thermal += gas->mass[i] * (double)gas->u[i];
-    sink->add(sink, "thermal", thermal);
+    if (gas->u) sink->add(sink, "thermal", energy_of_rows(gas, gas->u));
 }
 
 /* The cubic spline pairs particles beyond this number (Dehnen & Aly 2012). */
@@ -178,6 +203,7 @@ static void warn(struct sim *sim, void *state)
 const struct module sph_module = {
     .name = "sph", .doc = "smoothed particle hydrodynamics of the gas", .kind = MODULE_BLOCK,
     .params = params, .state_bytes = sizeof(struct sph),
-    .declare = declare, .begin = begin, .end = end, .energy = energy, .reason = sph_reason, .warn = warn,
+    .declare = declare, .begin = begin, .end = end, .energy = energy, .temperature = temperature, .kelvin = kelvin,
+    .reason = sph_reason, .warn = warn,
     .hook = {[HOOK_H] = sph_smooth, [HOOK_DENSITY] = sph_density, [HOOK_FORCE] = sph_force, [HOOK_LIMIT] = sph_limit},
 };

@@ -13,12 +13,7 @@ static void adopt(struct sim *sim, const struct box *box)
     for (int k = 0; k < 3; k++) sim->box.side[k] = box->side[k] > 0 ? box->side[k] : 0;
 }
 
-void box_read(struct sim *sim)
-{
-    struct box box = {{0}};
-    param_read(sim->scene, "box", (struct param_target[]){{box_params, &box}, {NULL, NULL}}, &sim->units, &sim->problems);
-    adopt(sim, &box);
-}
+void box_read(struct sim *sim) { adopt(sim, sim_state(sim, "box")); }
 
 bool box_awaits_file(const struct sim *sim)
 {

@@ -97,10 +97,7 @@ void cmd_parse(struct cmd_options *options, int argc, char **argv, const char *a
 void cmd_set_threads(const struct cmd_options *options)
 {
     int threads = options->threads;
-    if (threads == 0 && !getenv("OMP_NUM_THREADS")) {
-        threads = omp_get_num_procs() / comm_size();
-        if (threads < 1) threads = 1;
-    }
+    if (threads == 0 && !getenv("OMP_NUM_THREADS")) threads = comm_processors();
     if (threads > 0) omp_set_num_threads(threads);
 }
 

@@ -24,6 +24,9 @@ static void list_generators(void)
     param_describe(stdout, "start", start_params, false);
     printf("units.length, units.mass, units.velocity, units.G, box.x, box.y, box.z: as in a scene; without them\n"
            "G is 1 and space open\n");
+    for (int m = 0; module_list[m]; m++)
+        if (module_list[m]->kelvin)
+            printf("%s.KEY: what gas it is; tephra params %s\n", module_list[m]->name, module_list[m]->name);
 }
 
 /* key=value as --set would have it: start.key=value, or as it is if it names a block. */
@@ -40,7 +43,14 @@ static void set_key(struct scene *scene, const char *argument, struct problems *
     mem_free(assignment);
 }
 
-/* The command line as a scene of the blocks units and start; *out is the file's name. */
+static void add_block(struct scene *scene, const char *name, struct problems *problems)
+{
+    char *assignment = mem_format("scene", "%s={}", name);
+    scene_set(scene, assignment, problems);
+    mem_free(assignment);
+}
+
+/* The command line as a scene of the blocks units, start, box and that of the gas; *out is the file's name. */
 static struct scene *scene_of(int argc, char **argv, const char **out, struct problems *problems)
 {
     struct scene *scene = scene_new(".");
@@ -48,6 +58,8 @@ static struct scene *scene_of(int argc, char **argv, const char **out, struct pr
     scene_set(scene, "units={}", problems);
     scene_set(scene, "start={}", problems);
     scene_set(scene, "box={}", problems);
+    for (int m = 0; module_list[m]; m++)
+        if (module_list[m]->kelvin) add_block(scene, module_list[m]->name, problems);
     for (int i = 1; i < argc; i++) {
         bool option = strcmp(argv[i], "-o") == 0 || strcmp(argv[i], "--out") == 0;
         if (option && i + 1 < argc) *out = argv[++i];
@@ -70,15 +82,13 @@ static int ics_run(int argc, char **argv)
         if (comm_rank() == 0) list_generators();
         return STATUS_DONE;
     }
-    struct sim *sim = mem_alloc("frame", sizeof *sim);
     const char *out = NULL;
-    sim->scene = scene_of(argc, argv, &out, &sim->problems);
+    struct problems problems = {0};
+    struct scene *scene = scene_of(argc, argv, &out, &problems);
+    problems_report(&problems);
+    struct sim *sim = sim_new(scene, SIM_START);
     problems_report(&sim->problems);
-    units_read(&sim->units, sim->scene, &sim->problems);
     box_read(sim);
-    start_read(sim);
-    problems_report(&sim->problems);
-    for (int s = 0; s < N_SPECIES; s++) sim->species[s].kind = (enum species_kind)s;
     species_need(&sim->species[GAS], COLUMN_u);
     start_load(sim);
     problems_report(&sim->problems);

@@ -11,6 +11,8 @@ void comm_end(void);
 _Noreturn void comm_abort(int status);
 int comm_rank(void);
 int comm_size(void);
+/* Processors that this rank may run on, each shared out evenly among the ranks that may run on it: at least 1. */
+int comm_processors(void);
 void comm_barrier(void);
 /* Sums in rank order, so that the result is the same on every rank and in every run. */
 void comm_sum(double *values, int count);

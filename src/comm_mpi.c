@@ -1,10 +1,13 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Ranks over MPI: the one file that includes mpi.h. A start without mpirun leaves MPI alone. */
+#define _GNU_SOURCE     /* sched_getaffinity */
 #include "comm.h"
 #include "fail.h"
 #include "mem.h"
 #include <limits.h>
 #include <mpi.h>
+#include <omp.h>
+#include <sched.h>
 #include <stdlib.h>
 
 /* Set by the launchers of Open MPI, of PMIx and PMI-2 ones such as Slurm's, and of MPICH. */
@@ -54,6 +57,28 @@ int comm_size(void)
     int size = 1;
     if (running()) MPI_Comm_size(MPI_COMM_WORLD, &size);
     return size;
+}
+
+int comm_processors(void)
+{
+    if (comm_size() == 1) return omp_get_num_procs();
+    MPI_Comm machine;
+    int ranks;
+    cpu_set_t own;
+    MPI_Comm_split_type(MPI_COMM_WORLD, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &machine);
+    MPI_Comm_size(machine, &ranks);
+    if (sched_getaffinity(0, sizeof own, &own) != 0) CPU_ZERO(&own);
+    cpu_set_t *all = mem_array("ranks", cpu_set_t, ranks);
+    MPI_Allgather(&own, sizeof own, MPI_BYTE, all, sizeof own, MPI_BYTE, machine);
+    MPI_Comm_free(&machine);
+    double share = 0;
+    for (int cpu = 0; cpu < CPU_SETSIZE; cpu++) {
+        int among = 0;
+        for (int r = 0; r < ranks && CPU_ISSET(cpu, &own); r++) among += CPU_ISSET(cpu, &all[r]) != 0;
+        if (among > 0) share += 1.0 / among;
+    }
+    mem_free(all);
+    return share < 1 ? 1 : (int)(share + 1e-6);
 }
 
 void comm_barrier(void)

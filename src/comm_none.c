@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Ranks in a build without MPI: there is one. */
 #include "comm.h"
+#include <omp.h>
 #include <stdlib.h>
 
 void comm_begin(int *argc, char ***argv) { (void)argc; (void)argv; }
@@ -8,6 +9,7 @@ void comm_end(void) {}
 void comm_abort(int status) { exit(status); }
 int comm_rank(void) { return 0; }
 int comm_size(void) { return 1; }
+int comm_processors(void) { return omp_get_num_procs(); }
 void comm_barrier(void) {}
 void comm_sum(double *values, int count) { (void)values; (void)count; }
 void comm_sum_int(int64_t *values, int count) { (void)values; (void)count; }

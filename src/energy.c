@@ -5,6 +5,7 @@
 #include "layout.h"
 #include "mem.h"
 #include "module.h"
+#include "sum.h"
 #include <errno.h>
 #include <math.h>
 #include <stdio.h>
@@ -13,31 +14,50 @@
 #include <unistd.h>
 
 enum { KINETIC, THERMAL, POTENTIAL, FIXED };
-enum { SUMS = 1 + 3 + 3 + 1, BLOCK = 4096 };    /* kinetic, momentum, angular momentum, mass */
+enum { MASS = 1 + 3 + 3, SUMS = MASS + 1, BLOCK = 4096 };   /* kinetic, momentum, angular momentum, mass */
 
-static void sum_row(const struct species *s, int64_t i, double sum[SUMS])
+static void sum_row(const struct species *s, int64_t i, struct sum sum[SUMS])
 {
     const double m = s->mass[i], *x = s->pos[i], *v = s->vel[i];
-    sum[0] += 0.5 * m * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+    sum_add(&sum[0], 0.5 * m * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]));
     for (int k = 0; k < 3; k++) {
         int p = (k + 1) % 3, q = (k + 2) % 3;
-        sum[1 + k] += m * v[k];
-        sum[4 + k] += m * (x[p] * v[q] - x[q] * v[p]);
+        sum_add(&sum[1 + k], m * v[k]);
+        sum_add(&sum[4 + k], m * (x[p] * v[q] - x[q] * v[p]));
     }
-    sum[7] += m;
+    sum_add(&sum[MASS], m);
 }
 
 /* Own rows of a species, block by block and the blocks in order: the same on any number of threads. */
-static void sum_species(const struct species *s, double sum[SUMS])
+static void sum_species(const struct species *s, struct sum sum[SUMS])
 {
     int64_t blocks = (s->n_own + BLOCK - 1) / BLOCK;
-    double (*part)[SUMS] = mem_alloc("frame", (size_t)blocks * sizeof *part);
+    struct sum (*part)[SUMS] = mem_alloc("frame", (size_t)blocks * sizeof *part);
 #pragma omp parallel for
     for (int64_t b = 0; b < blocks; b++)
         for (int64_t i = b * BLOCK; i < (b + 1) * BLOCK && i < s->n_own; i++) sum_row(s, s->own + i, part[b]);
     for (int64_t b = 0; b < blocks; b++)
-        for (int k = 0; k < SUMS; k++) sum[k] += part[b][k];
+        for (int k = 0; k < SUMS; k++) {
+            sum_add(&sum[k], part[b][k].high);
+            sum_add(&sum[k], part[b][k].low);
+        }
     mem_free(part);
+}
+
+double energy_of_rows(const struct species *s, const float *specific)
+{
+    int64_t blocks = (s->n_own + BLOCK - 1) / BLOCK, end = s->own + s->n_own;
+    struct sum *part = mem_alloc("frame", (size_t)blocks * sizeof *part), sum = {0, 0};
+#pragma omp parallel for
+    for (int64_t b = 0; b < blocks; b++)
+        for (int64_t i = s->own + b * BLOCK; i < s->own + (b + 1) * BLOCK && i < end; i++)
+            sum_add(&part[b], s->mass[i] * (double)specific[i]);
+    for (int64_t b = 0; b < blocks; b++) {
+        sum_add(&sum, part[b].high);
+        sum_add(&sum, part[b].low);
+    }
+    mem_free(part);
+    return sum_value(&sum);
 }
 
 struct collector { struct energy_sink sink; struct energy *energy; };
@@ -57,21 +77,23 @@ static void collect(struct energy_sink *sink, const char *column, double value)
 
 void energy_measure(struct sim *sim, struct energy *energy)
 {
-    double sum[SUMS] = {0};
+    struct sum sum[SUMS] = {{0, 0}};
     energy->n = 0;
     struct collector collector = {{collect}, energy};
     const char *const fixed[FIXED] = {"kinetic", "thermal", "potential"};
     for (int i = 0; i < FIXED; i++) collect(&collector.sink, fixed[i], 0);
     for (int k = 0; k < N_SPECIES; k++) {
-        double before = sum[7];
+        sum[MASS] = (struct sum){0, 0};
         if (sim->species[k].n_own > 0) sum_species(&sim->species[k], sum);
-        energy->mass[k] = sum[7] - before;
+        energy->mass[k] = sum_value(&sum[MASS]);
     }
-    collect(&collector.sink, fixed[KINETIC], sum[0]);
+    collect(&collector.sink, fixed[KINETIC], sum_value(&sum[0]));
     for (int u = 0; u < sim->n_use; u++)
         if (sim->use[u].module->energy) sim->use[u].module->energy(sim, sim->use[u].state, &collector.sink);
-    memcpy(energy->momentum, sum + 1, sizeof energy->momentum);
-    memcpy(energy->angular_momentum, sum + 4, sizeof energy->angular_momentum);
+    for (int k = 0; k < 3; k++) {
+        energy->momentum[k] = sum_value(&sum[1 + k]);
+        energy->angular_momentum[k] = sum_value(&sum[4 + k]);
+    }
     comm_sum(energy->value, energy->n);
     comm_sum(energy->momentum, 3);
     comm_sum(energy->angular_momentum, 3);

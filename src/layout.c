@@ -73,21 +73,20 @@ void layout_unit_text(bool physical, const char *unit, char *text, size_t size)
 
 double layout_kelvin(const struct sim *sim)
 {
-    if (!sim->units.physical) return 0;
-    const double ionised = 0.6;     /* mean molecular weight of ionised gas of solar composition */
-    double energy = sim->units.velocity * sim->units.velocity;
-    return (sim_real(sim, "gamma", 5.0 / 3) - 1) * sim_real(sim, "mu", ionised) * CONST_M_PROTON / CONST_K_B * energy;
+    for (int u = 0; u < sim->n_use && sim->units.physical; u++)
+        if (sim->use[u].module->kelvin) return sim->use[u].module->kelvin(sim, sim->use[u].state);
+    return 0;
 }
 
 bool layout_temperatures(const struct sim *sim, float *kelvin)
 {
-    const struct species *gas = &sim->species[GAS];
-    double factor = layout_kelvin(sim);
-    if (factor == 0 || !gas->u) return false;
-    for (int64_t i = 0; i < gas->n; i++) kelvin[i] = (float)(factor * (double)gas->u[i]);
-    for (int u = 0; u < sim->n_use; u++)
-        if (sim->use[u].module->temperature) sim->use[u].module->temperature(sim, sim->use[u].state, kelvin);
-    return true;
+    bool known = false;
+    for (int u = 0; u < sim->n_use && sim->units.physical; u++) {
+        if (!sim->use[u].module->temperature) continue;
+        sim->use[u].module->temperature(sim, sim->use[u].state, kelvin);
+        known = true;
+    }
+    return known;
 }
 
 double layout_gyr(const struct units *code, double time)

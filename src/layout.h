@@ -22,11 +22,10 @@ double layout_factor(const struct units *code, const char *unit);
 void layout_scale(char kind, void *values, int64_t count, double factor);
 /* "1e10 Msun kpc^-3" for "M L^-3"; of a dimensionless scene the unit itself. */
 void layout_unit_text(bool physical, const char *unit, char *text, size_t size);
-/* Temperature in K of one code unit of specific internal energy, (gamma - 1) mu m_p / k_B; 0 if the
- * scene is dimensionless. gamma and mu are those of the modules in use, else 5/3 and 0.6. */
+/* Temperature in K of one code unit of specific internal energy, as the module of the gas has it; 0 if the
+ * scene is dimensionless or has no such module. */
 double layout_kelvin(const struct sim *sim);
-/* Temperature in K of every gas row: as the module knows it that has a say, else u times layout_kelvin. False
- * if the scene is dimensionless or its gas has no u. */
+/* Temperature in K of every gas row, as the modules know it. False if the scene is dimensionless or none does. */
 bool layout_temperatures(const struct sim *sim, float *kelvin);
 /* Gyr for physical scenes; for dimensionless ones the time itself. */
 double layout_gyr(const struct units *code, double time);

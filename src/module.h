@@ -55,7 +55,10 @@ struct module {
     void (*energy)(struct sim *sim, void *state, struct energy_sink *sink); /* own rows; summed over ranks */
     /* Columns of budget.csv, their names with units ("sfr [Msun yr^-1]"); own rows, summed over ranks. */
     void (*budget)(struct sim *sim, void *state, struct energy_sink *sink);
-    void (*temperature)(const struct sim *sim, const void *state, float *kelvin);   /* of all gas rows; NULL = not known */
+    /* The gas of scenes with units: temperatures of all rows, where the last module of the list that has a say is
+     * right; and K per code unit of u for gas of one mean mass, which files and generators convert by. */
+    void (*temperature)(const struct sim *sim, const void *state, float *kelvin);
+    double (*kelvin)(const struct sim *sim, const void *state);
     /* If the module's LIMIT allows an active row less than reason->dt: its step, and which criterion it is. */
     void (*reason)(const struct sim *sim, const void *state, const struct species *table, int64_t row,
                    struct step_reason *reason);

@@ -21,7 +21,7 @@ static bool wanted(const struct sim *sim, const struct module *module, enum sim_
 {
     const char *integrator = scene_value(sim->scene, "time", "integrator");
     switch (module->kind) {
-    case MODULE_FRAME: return true;
+    case MODULE_FRAME: return purpose != SIM_START;
     case MODULE_DRIVER: return purpose == SIM_RUN;
     case MODULE_BLOCK: return scene_find(sim->scene, module->name) != NULL;
     case MODULE_INTEGRATOR:
@@ -79,10 +79,8 @@ static void check_names(struct sim *sim)
 static void declare_common(struct sim *sim)
 {
     const enum column common[] = {COLUMN_pos, COLUMN_vel, COLUMN_mass, COLUMN_id, COLUMN_acc, COLUMN_rung, COLUMN_rung0};
-    for (int s = 0; s < N_SPECIES; s++) {
-        sim->species[s].kind = (enum species_kind)s;
+    for (int s = 0; s < N_SPECIES; s++)
         for (size_t c = 0; c < sizeof common / sizeof *common; c++) species_need(&sim->species[s], common[c]);
-    }
 }
 
 /* Integrators come last: they look after the columns that others asked for. */
@@ -105,13 +103,14 @@ struct sim *sim_new(struct scene *scene, enum sim_purpose purpose)
     units_read(&sim->units, scene, &sim->problems);
     choose_modules(sim, purpose);
     check_names(sim);
-    if (purpose == SIM_RUN) start_read(sim);
+    if (purpose != SIM_FORCES) start_read(sim);
     for (int u = 0; u < sim->n_use; u++) {
         const struct module *module = sim->use[u].module;
         struct param_target targets[] = {{module->params, sim->use[u].state}, {NULL, NULL}};
         if (module->params) param_read(scene, module->name, targets, &sim->units, &sim->problems);
     }
-    if (sim->problems.count > 0) return sim;
+    for (int s = 0; s < N_SPECIES; s++) sim->species[s].kind = (enum species_kind)s;
+    if (sim->problems.count > 0 || purpose == SIM_START) return sim;
     declare_common(sim);
     declare_modules(sim);
     return sim;

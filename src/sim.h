@@ -60,8 +60,9 @@ struct sim {
     for (__typeof__((sim)->species[0]) *table = (sim)->species; table < (sim)->species + N_SPECIES; table++) \
         if (table->n > 0)
 
-/* What a simulation is made for: SIM_FORCES has no time, no integrator and no output. */
-enum sim_purpose { SIM_RUN, SIM_FORCES };
+/* What a simulation is made for: SIM_FORCES has no time, no integrator and no output; SIM_START has rows and the
+ * parameters that make them, those of the gas too, and no columns but those that the caller asks for. */
+enum sim_purpose { SIM_RUN, SIM_FORCES, SIM_START };
 
 /* Reads units, start and the block of every module in use, and lets the modules ask for columns.
  * Mistakes are collected in sim->problems: report them before going on. Owns the scene from now on. */

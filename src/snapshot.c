@@ -110,7 +110,7 @@ static void write_temperature(struct h5 *file, const struct sim *sim, const stru
         for (int64_t i = 0; i < table->n; i++) values[i] = kelvin[order[i]];
         snprintf(path, sizeof path, "PartType%d/Temperature", layout_type[table->kind]);
         h5_write(file, path, 'f', table->n, 1, values);
-        describe(file, path, true, "K", "temperature, (gamma - 1) mu m_p u / k_B");
+        describe(file, path, true, "K", "temperature, P/rho mu m_p / k_B");
     }
     mem_free(kelvin);
     mem_free(values);

@@ -19,11 +19,19 @@ printf 'output: {snapshot_every: 1 kyr}\ngravity: {softening: 0.1 pc}\nsph:\n' >
 expect_status 0 tephra check cloud.yml
 expect_text '1000 rows' out_text
 
+# What gas it is, is said as in a scene: u and temperature go by sph.mu and sph.gamma.
+expect_status 0 tephra ics medium n=500 n_h='1 cm^-3' temperature='100 K' sph.mu=2 sph.gamma=1.4 box.x=1 box.y=1 box.z=1 \
+    units.length=pc units.mass=Msun units.velocity=km/s -o cold.hdf5
+tephra info cold.hdf5 >out_text
+expect_text 'Temperature .* 100 \.\.\. 100 ' out_text
+expect_text 'InternalEnergy .* 1\.03[01][0-9]* \.\.\.' out_text    # k 100 K/(0.4 2 m_p) in (km/s)^2
+
 # wrong STATUS-2 command lines: the words that the message must have, then the command.
 wrong() { text=$1; shift; expect_status 2 tephra ics "$@" -o no.hdf5; expect_text "$text" err; }
 wrong 'did you mean "plummer"' plumer n=10
 wrong 'start.radus: unknown key (did you mean "radius"?)' plummer n=10 radus=3
 wrong 'start.n' plummer
+wrong 'sph.gama: unknown key (did you mean "gamma"?)' plummer n=10 sph.gama=1.4
 wrong 'whole number' plummer n=1.5
 wrong 'dimensionless' plummer n=10 radius=3pc
 wrong 'expects a length, not a mass' plummer n=10 radius=3Msun units.length=pc units.mass=Msun units.velocity=km/s
