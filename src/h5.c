@@ -319,8 +319,9 @@ bool h5_read(struct h5 *file, const char *path, char kind, int64_t rows, int com
         return h5_refuse(file, "has a data set %s of %lld x %d values where %lld x %d belong", path,
                          (long long)there, width, (long long)rows, components);
     if (rows == 0) return true;
+    bool negative = kind == 'u' && h5_kind(file, path) == 'i';    /* may be: HDF5 would make 0 of each */
     hid_t set = H5Dopen2(file->id, path, H5P_DEFAULT);
-    bool done = H5Dread(set, memory_type(kind), H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0;
+    bool done = H5Dread(set, negative ? H5T_NATIVE_INT64 : memory_type(kind), H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0;
     char reason[300] = "";
     if (!done) H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, innermost, reason);
     H5Dclose(set);

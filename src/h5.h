@@ -37,7 +37,7 @@ bool h5_shape(struct h5 *file, const char *path, int64_t *rows, int *components)
 /* The kind that holds every value of a data set: 'd', 'f', 'u' or 'b'; 'i' stands for all signed
  * integers; 0 for anything else. */
 char h5_kind(struct h5 *file, const char *path);
-/* Converts to the memory kind. */
+/* Converts to the memory kind; negative numbers read as u keep their 64 bits, and so stay distinct. */
 bool h5_read(struct h5 *file, const char *path, char kind, int64_t rows, int components, void *data);
 /* The first `count` elements of a numeric attribute; false if it is missing or shorter. */
 bool h5_read_attr(struct h5 *file, const char *object, const char *name, double *values, int count);

@@ -240,13 +240,13 @@ static void test_read_back(void **state)
     }
 }
 
-/* A file as AREPO's users have it: floats, MassTable, 32-bit ids, no units, discs and bulges. */
+/* A file as AREPO's users have it: floats, MassTable, 32-bit ids, negative too, no units, discs and bulges. */
 static void test_foreign_file(void **state)
 {
     (void)state;
     const float pos[2][3] = {{1, 2, 3}, {4, 5, 6}};
     const double table[6] = {0, 0, 0.5, 0, 0, 0};
-    const int32_t ids[2] = {7, 8};
+    const int32_t ids[2] = {-7, -8};
     struct sim sim;
     struct h5 *file = h5_create(PATH);
     h5_group(file, "Header");
@@ -265,7 +265,7 @@ static void test_foreign_file(void **state)
     close_to(sim.species[STAR].pos[1][0], 4000);
     close_to(sim.species[STAR].vel[1][0], 4);
     close_to(sim.species[STAR].mass[0], 0.5e10);
-    assert_true(sim.species[STAR].id[1] == 8);
+    assert_true(sim.species[STAR].id[0] == (uint64_t)-7 && sim.species[STAR].id[1] == (uint64_t)-8);
     release(&sim);
 }
 
