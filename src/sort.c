@@ -9,9 +9,9 @@
 
 enum { DIGIT = 11, BINS = 1 << DIGIT, PASSES = 3, INSERTION = 48, TOP_BIT = 63 };
 
+struct rows { uint64_t *key; int32_t *row; };
 struct scratch {
-    uint64_t *key;
-    int32_t *row;
+    struct rows rows;
     int32_t count[PASSES][BINS];
 };
 
@@ -37,8 +37,8 @@ static void insert(uint64_t *key, int32_t *row, int64_t n)
     }
 }
 
-/* One pass over the digit at `shift`: from -> to. */
-static void distribute(const uint64_t *key, const int32_t *row, int64_t n, int shift, int32_t *count, struct scratch *to)
+/* One pass over the digit at `shift`. */
+static void distribute(const struct rows *from, int64_t n, int shift, int32_t *count, struct rows *to)
 {
     int32_t start = 0;
     for (int b = 0; b < BINS; b++) {
@@ -47,9 +47,9 @@ static void distribute(const uint64_t *key, const int32_t *row, int64_t n, int s
         start += rows;
     }
     for (int64_t i = 0; i < n; i++) {
-        int32_t at = count[key[i] >> shift & (BINS - 1)]++;
-        to->key[at] = key[i];
-        to->row[at] = row[i];
+        int32_t at = count[from->key[i] >> shift & (BINS - 1)]++;
+        to->key[at] = from->key[i];
+        to->row[at] = from->row[i];
     }
 }
 
@@ -64,12 +64,18 @@ static void sort_below(uint64_t *key, int32_t *row, int64_t n, int top, struct s
     memset(scratch->count, 0, sizeof scratch->count);
     for (int64_t i = 0; i < n; i++)
         for (int p = 0; p < PASSES; p++) scratch->count[p][key[i] >> (low + p * DIGIT) & (BINS - 1)]++;
+    struct rows from = {key, row}, to = scratch->rows;
     for (int p = 0; p < PASSES; p++) {
         int shift = low + p * DIGIT;
         if (scratch->count[p][key[0] >> shift & (BINS - 1)] == n) continue;
-        distribute(key, row, n, shift, scratch->count[p], scratch);
-        memcpy(key, scratch->key, (size_t)n * sizeof *key);
-        memcpy(row, scratch->row, (size_t)n * sizeof *row);
+        distribute(&from, n, shift, scratch->count[p], &to);
+        struct rows other = from;
+        from = to;
+        to = other;
+    }
+    if (from.key != key) {
+        memcpy(key, from.key, (size_t)n * sizeof *key);
+        memcpy(row, from.row, (size_t)n * sizeof *row);
     }
     if (low == 0) return;
     for (int64_t i = 0, end; i < n; i = end) {
@@ -82,10 +88,10 @@ void sort_keys(uint64_t *key, int32_t *row, int64_t n)
 {
     if (in_order(key, n)) return;
     struct scratch *scratch = mem_alloc("sort", sizeof *scratch);
-    scratch->key = mem_array("sort", uint64_t, n);
-    scratch->row = mem_array("sort", int32_t, n);
+    scratch->rows.key = mem_array("sort", uint64_t, n);
+    scratch->rows.row = mem_array("sort", int32_t, n);
     sort_below(key, row, n, TOP_BIT, scratch);
-    mem_free(scratch->key);
-    mem_free(scratch->row);
+    mem_free(scratch->rows.key);
+    mem_free(scratch->rows.row);
     mem_free(scratch);
 }

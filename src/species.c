@@ -91,18 +91,40 @@ void species_gather(enum column column, const void *from, void *to, const int32_
 #undef COPY
 }
 
+static bool is_kept(const struct species *table, int c)
+{ return species_has(table, c) && column_table[c].lifetime == KEEP; }
+
+/* Fresh pages cost twice as much as the copies: one spare column serves all. The widest columns change places
+ * with it, the others are copied back. What lies behind the last row stays zero. */
+static void permute_columns(struct species *table, const int32_t *order, int64_t before)
+{
+    size_t widest = 0;
+    for (int c = 0; c < N_COLUMNS; c++)
+        if (is_kept(table, c) && species_row_bytes(c) > widest) widest = species_row_bytes(c);
+    void *spare = mem_alloc("columns", (size_t)table->capacity * widest);
+    for (int c = 0; c < N_COLUMNS; c++) {
+        if (!is_kept(table, c)) continue;
+        void **column = slot(table, c), *old = *column;
+        const size_t row = species_row_bytes(c), bytes = (size_t)table->n * row;
+        species_gather(c, old, spare, order, table->n);
+        if (row == widest) {
+            *column = spare;
+            spare = old;
+        } else {
+            memcpy(old, spare, bytes);
+        }
+        memset((char *)*column + bytes, 0, (size_t)(before - table->n) * row);
+    }
+    mem_free(spare);
+}
+
 void species_permute(struct species *table, const int32_t *order, int64_t n)
 {
     check(n <= table->n);
+    const int64_t before = table->n;
     table->n = n;
     bool sorted = true;
     for (int64_t i = 0; i < n && sorted; i++) sorted = order[i] == i;
     if (sorted) return;
-    for (int c = 0; c < N_COLUMNS; c++) {
-        if (!species_has(table, c) || column_table[c].lifetime != KEEP) continue;
-        void *fresh = mem_alloc("columns", (size_t)table->capacity * species_row_bytes(c));
-        species_gather(c, *slot(table, c), fresh, order, n);
-        mem_free(*slot(table, c));
-        *slot(table, c) = fresh;
-    }
+    permute_columns(table, order, before);
 }

@@ -57,14 +57,13 @@ static inline double larger(double a, double b) { return a > b ? a : b; }
 static float below(double x) { return (float)x - 1.2e-7f * fabsf((float)x); }
 static float above(double x) { return (float)x + 1.2e-7f * fabsf((float)x); }
 
-/* Where a row is now, how fast, and by how much its velocity may change until its step ends. */
-static double row_path(const struct sim *sim, const struct species *s, int64_t i, double pos[3], double vel[3])
+/* How fast a row is now, and by how much its velocity may change until its step ends. */
+static inline double row_velocity(const struct sim *sim, const struct species *s, int64_t i, double vel[3])
 {
     const struct timeline *time = &sim->time;
     double lag = timeline_lag(time, s->rung[i], s->rung0[i]), change = 0;
     for (int k = 0; k < 3; k++) {
         double acc = s->acc[i][k];
-        pos[k] = integrate_position(s->pos[i][k], s->vel[i][k], acc, lag);
         vel[k] = integrate_velocity(s->vel[i][k], acc, lag);
         change = larger(change, fabs(acc));
     }
@@ -79,7 +78,8 @@ static void widen(struct node *node, int k, double low, double high)
 
 static void widen_for_row(const struct sim *sim, struct node *node, const struct species *s, int64_t i)
 {
-    double pos[3], vel[3], change = row_path(sim, s, i, pos, vel);
+    double pos[3], vel[3], change = row_velocity(sim, s, i, vel);
+    sim_predict(&sim->time, s, i, pos);
     for (int k = 0; k < 3; k++) {
         double x = pos[k] - node->pos[k];
         widen(node, k, x, x);
@@ -96,77 +96,109 @@ static void widen_for_child(struct node *node, const struct node *child)
     }
 }
 
-/* Sets centre and velocity from weighted sums; equal weights where all masses are zero. */
-struct centre { double mass, pos[3], vel[3], rows, row_pos[3], row_vel[3]; };
+/* Sums for the mean position and velocity. */
+struct centre { double weight, pos[3], vel[3]; };
 
-static void centre_add(struct centre *c, double mass, double rows, const double pos[3], const double vel[3])
+static void centre_set(struct node *node, const struct centre *c, double mass)
 {
-    c->mass += mass;
-    c->rows += rows;
+    node->mass = (float)mass;
     for (int k = 0; k < 3; k++) {
-        c->pos[k] += mass * pos[k];
-        c->vel[k] += mass * vel[k];
-        c->row_pos[k] += rows * pos[k];
-        c->row_vel[k] += rows * vel[k];
-    }
-}
-
-static void centre_set(struct node *node, const struct centre *c)
-{
-    bool massive = c->mass > 0;
-    node->mass = (float)c->mass;
-    for (int k = 0; k < 3; k++) {
-        node->pos[k] = massive ? c->pos[k] / c->mass : c->row_pos[k] / c->rows;
-        node->vel[k] = (float)(massive ? c->vel[k] / c->mass : c->row_vel[k] / c->rows);
+        node->pos[k] = c->pos[k] / c->weight;
+        node->vel[k] = (float)(c->vel[k] / c->weight);
         node->low[k] = INFINITY;
         node->high[k] = -INFINITY;
     }
     node->speed = 0;
 }
 
-/* One pass: sums for the centre, and the extremes from which the box about it follows. Returns the least
- * distance of rows that follow each other, beyond the blur; that of rows at one place does not count. */
-static double measure_leaf(const struct sim *sim, struct node *node)
+struct extremes { double low[3], high[3]; };
+
+static const struct extremes nowhere = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+
+static inline void extremes_add(struct extremes *e, const double x[3])
 {
-    struct centre c = {0};
-    double low[6], high[6], change = 0;         /* of positions and velocities */
-    double before[3] = {INFINITY, INFINITY, INFINITY}, least2 = INFINITY;
-    for (int k = 0; k < 6; k++) {
-        low[k] = INFINITY;
-        high[k] = -INFINITY;
+    for (int k = 0; k < 3; k++) {
+        e->low[k] = smaller(e->low[k], x[k]);
+        e->high[k] = larger(e->high[k], x[k]);
     }
+}
+
+/* Of a leaf's rows; weights are the masses, or 1 if `equal`. Positions and velocities go one after the other,
+ * since the sums and extremes of both do not fit into the registers. Returns the least distance of rows that
+ * follow each other, beyond the blur; that of rows at one place does not count. */
+static double measure_positions(const struct sim *sim, const struct node *node, bool equal, struct centre *c, struct extremes *all)
+{
+    double last[3] = {INFINITY, INFINITY, INFINITY}, least2 = INFINITY, sum[3] = {0}, weight = 0;
+    struct extremes e = nowhere;
     for (const struct species *s = sim->species; s < sim->species + N_SPECIES; s++)
         for (int64_t i = node->first[s->kind], end = i + node->count[s->kind]; i < end; i++) {
-            double path[6];
-            change = larger(change, row_path(sim, s, i, path, path + 3));
-            centre_add(&c, s->mass[i], 1, path, path + 3);
-            double x = path[0] - before[0], y = path[1] - before[1], z = path[2] - before[2];
-            double d2 = x * x + y * y + z * z;
-            least2 = d2 > 0 ? smaller(d2, least2) : least2;
-            memcpy(before, path, sizeof before);
-            for (int k = 0; k < 6; k++) {
-                low[k] = smaller(low[k], path[k]);
-                high[k] = larger(high[k], path[k]);
+            double pos[3], m = equal ? 1 : s->mass[i], d2 = 0;
+            sim_predict(&sim->time, s, i, pos);
+            weight += m;
+            for (int k = 0; k < 3; k++) {
+                sum[k] += m * pos[k];
+                d2 += (pos[k] - last[k]) * (pos[k] - last[k]);
+                last[k] = pos[k];
             }
+            least2 = d2 > 0 ? smaller(d2, least2) : least2;
+            extremes_add(&e, pos);
         }
-    centre_set(node, &c);
+    *all = e;
+    c->weight = weight;
+    memcpy(c->pos, sum, sizeof sum);
+    return larger(sqrt(least2), sim->tree.blur);
+}
+
+/* Returns by how much a velocity may change until its row's step ends. */
+static double measure_velocities(const struct sim *sim, const struct node *node, bool equal, struct centre *c, struct extremes *all)
+{
+    double change = 0, sum[3] = {0};
+    struct extremes e = nowhere;
+    for (const struct species *s = sim->species; s < sim->species + N_SPECIES; s++)
+        for (int64_t i = node->first[s->kind], end = i + node->count[s->kind]; i < end; i++) {
+            double vel[3], m = equal ? 1 : s->mass[i];
+            change = larger(change, row_velocity(sim, s, i, vel));
+            for (int k = 0; k < 3; k++) sum[k] += m * vel[k];
+            extremes_add(&e, vel);
+        }
+    *all = e;
+    memcpy(c->vel, sum, sizeof sum);
+    return change;
+}
+
+/* Centre of mass (of the rows, if all masses are 0) and the box about it. Returns the least distance of rows. */
+static double measure_leaf(const struct sim *sim, struct node *node)
+{
+    struct centre c;
+    struct extremes pos, vel;
+    double closest = measure_positions(sim, node, false, &c, &pos), mass = c.weight;
+    const bool equal = !(mass > 0);
+    if (equal) measure_positions(sim, node, equal, &c, &pos);
+    double change = measure_velocities(sim, node, equal, &c, &vel);
+    centre_set(node, &c, mass);
     for (int k = 0; k < 3; k++) {
         double v = node->vel[k];
-        widen(node, k, low[k] - node->pos[k], high[k] - node->pos[k]);
-        node->speed = (float)larger(node->speed, above(larger(high[3 + k] - v, v - low[3 + k]) + change));
+        widen(node, k, pos.low[k] - node->pos[k], pos.high[k] - node->pos[k]);
+        node->speed = (float)larger(node->speed, above(larger(vel.high[k] - v, v - vel.low[k]) + change));
     }
-    return larger(sqrt(least2), sim->tree.blur);
+    return closest;
 }
 
 static void measure_inner(struct tree *tree, struct node *node)
 {
     struct centre c = {0};
+    double mass = 0;
+    for (int32_t k = 0; k < node->n_children; k++) mass += (double)tree->node[node->child + k].mass;
     for (int32_t k = 0; k < node->n_children; k++) {
         const struct node *child = &tree->node[node->child + k];
-        double vel[3] = {child->vel[0], child->vel[1], child->vel[2]};
-        centre_add(&c, child->mass, (double)node_rows(child, ALL_SPECIES), child->pos, vel);
+        const double weight = mass > 0 ? (double)child->mass : (double)node_rows(child, ALL_SPECIES);
+        c.weight += weight;
+        for (int d = 0; d < 3; d++) {
+            c.pos[d] += weight * child->pos[d];
+            c.vel[d] += weight * (double)child->vel[d];
+        }
     }
-    centre_set(node, &c);
+    centre_set(node, &c, mass);
     for (int32_t k = 0; k < node->n_children; k++) widen_for_child(node, &tree->node[node->child + k]);
 }
 

@@ -106,9 +106,23 @@ static int octant(const struct cells *b, int s, int64_t i, int level)
     return key_octant(key, level);
 }
 
+/* The same in the upper halves of the keys. Halving without a branch: outcomes cannot be foretold. */
+static int32_t key_boundary(const uint64_t *high, int32_t from, int32_t to, int level, int wanted)
+{
+    const uint64_t *at = high + from;
+    for (int32_t n = to - from; n > 0;) {
+        const int32_t half = n / 2;
+        const bool below = key_octant((struct key){at[half], 0}, level) < wanted;
+        at = below ? at + half + 1 : at;
+        n = below ? n - half - 1 : half;
+    }
+    return (int32_t)(at - high);
+}
+
 /* First row of [from, to) whose octant at `level` is at least `wanted`. */
 static int32_t boundary(const struct cells *b, int s, int32_t from, int32_t to, int level, int wanted)
 {
+    if (level <= KEY_HALF) return key_boundary(b->high[s], from, to, level, wanted);
     while (from < to) {
         int32_t middle = from + (to - from) / 2;
         if (octant(b, s, middle, level) < wanted) from = middle + 1;
@@ -117,24 +131,38 @@ static int32_t boundary(const struct cells *b, int s, int32_t from, int32_t to, 
     return from;
 }
 
-/* Level at which the rows of a cell first lie in different octants; beyond KEY_LEVELS if never. */
-static int parting_level(const struct cells *b, const struct node *node)
+/* Rows of one species in a cell. */
+struct range { int s; int32_t first, last; };
+
+/* Where the keys of a cell's rows differ: the first and the last of each species tell. */
+static struct key difference(const struct cells *b, const struct range *range, int n, bool lower)
 {
-    struct key first = {0, 0}, differ = {0, 0};
-    bool started = false;
-    for (int s = 0; s < N_SPECIES; s++) {
-        if (node->count[s] == 0) continue;
-        const struct species *table = &b->sim->species[s];
-        struct key ends[2] = {row_key(b, table, node->first[s]),
-                              row_key(b, table, node->first[s] + node->count[s] - 1)};
-        if (!started) first = ends[0];
-        started = true;
+    struct key differ = {0, 0}, start = {0, 0};
+    for (int k = 0; k < n; k++) {
+        const struct range *r = &range[k];
+        const int32_t end[2] = {r->first, r->last};
         for (int e = 0; e < 2; e++) {
-            differ.high |= first.high ^ ends[e].high;
-            differ.low |= first.low ^ ends[e].low;
+            struct key key = {b->high[r->s][end[e]], 0};
+            if (lower) key = row_key(b, &b->sim->species[r->s], end[e]);
+            if (k == 0 && e == 0) start = key;
+            differ.high |= start.high ^ key.high;
+            differ.low |= start.low ^ key.low;
         }
     }
+    return differ;
+}
+
+/* Level at which the rows of a cell first lie in different octants; beyond KEY_LEVELS if never. The lower halves
+ * of the keys, which are not kept, seldom decide. */
+static int parting_level(const struct cells *b, const struct node *node)
+{
+    struct range range[N_SPECIES];
+    int n = 0;
+    for (int s = 0; s < N_SPECIES; s++)
+        if (node->count[s] > 0) range[n++] = (struct range){s, node->first[s], node->first[s] + node->count[s] - 1};
+    struct key differ = difference(b, range, n, false);
     if (differ.high) return KEY_HALF - (63 - __builtin_clzll(differ.high)) / 3;
+    differ = difference(b, range, n, true);
     if (differ.low) return KEY_LEVELS - (63 - __builtin_clzll(differ.low)) / 3;
     return KEY_LEVELS + 1;
 }
@@ -212,7 +240,7 @@ void tree_cells_end(struct cells *cells)
 {
     struct tree *tree = cells->tree;
     for (int s = 0; s < N_SPECIES; s++) mem_free(cells->high[s]);
-    tree->capacity = tree->n_nodes;     /* what growing took too much */
+    tree->capacity = tree->n_nodes + tree->n_nodes / 32;    /* not what growing took too much; the next tree is similar */
     tree->node = mem_resize("tree", tree->node, (size_t)tree->capacity * sizeof *tree->node);
     mem_free(cells);
 }
