@@ -170,7 +170,8 @@ void gravity_moments_refit(struct sim *sim, struct gravity *g)
         const struct node *node = &tree->node[n];
         if (cell->scale <= 0) continue;
         memcpy(cell->pos, node->pos, sizeof cell->pos);
-        cell->reach = bound(fmin((double)cell->reach + sqrt(3) * (double)node->speed * dt, corner_distance(node)));
+        double reach = (double)cell->reach + sqrt(3) * (double)node->speed * dt;    /* of a box just fitted: not its past speed */
+        cell->reach = bound(node->slack > 0 ? fmin(reach, corner_distance(node)) : corner_distance(node));
     }
     g->fitted = tree->fitted;
     g->epoch++;

@@ -16,13 +16,13 @@
 #include <string.h>
 #include <unistd.h>
 
-enum { FORMAT = 1 };    /* raised by every change that makes older files unreadable */
+enum { FORMAT = 2 };    /* raised by every change that makes older files unreadable */
 
 #define FIELD(name, member) {name, offsetof(struct sim, member), sizeof ((struct sim *)0)->member}
 static const struct saved sim_fields[] = {
     FIELD("start", time.start),     FIELD("dt_max", time.dt_max), FIELD("tick", time.tick),
     FIELD("seed", seed),            FIELD("steps", steps),        FIELD("updates", updates),
-    FIELD("rebuild_rung", rebuild_rung), {0}
+    {0}
 };
 #undef FIELD
 

@@ -51,8 +51,8 @@ struct sim {
     bool started;           /* the forces at the start are known */
     double last_dt;         /* length of the step that ends now */
     double wall_start, part_start; /* for the ETA only: clock, and part of the run done, at the start */
-    int64_t rebuild_rung;   /* the tree is rebuilt where 2^rebuild_rung divides the tick */
-    bool rebuild_next;      /* and at the next step, whatever its tick (after a checkpoint) */
+    int64_t unsorted;       /* updates of rows, of all ranks, since the tree was built */
+    bool rebuild_next;      /* the tree is rebuilt at the next step in any case (after a checkpoint) */
 };
 
 /* Loops over the species that have rows. */

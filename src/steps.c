@@ -14,17 +14,40 @@
 /* Rows of a leaf where no module says how many it wants. */
 enum { LEAF_ROWS = 32 };
 
+/* The tree is rebuilt whenever at least this part of all rows is active: below it the sort would
+ * cost more than the forces on the active rows (0.1 against 1.5 microseconds a row). */
+static const double rebuild_share = 1.0 / 2;
+/* And once so many updates a row were done since, because rows move away from what were their neighbours. */
+static const double rebuild_updates = 1;
+
+static int64_t count_rows(const struct sim *sim)
+{
+    int64_t rows = 0;
+    for_species(sim, s) rows += s->n;
+    return rows;
+}
+
+static bool rebuild_due(const struct sim *sim)
+{
+    double rows = (double)count_rows(sim), ending = 0;
+    for_species(sim, s) ending += (double)s->n_ending;
+    return sim->tree.built < 0 || sim->rebuild_next || ending >= rebuild_share * rows
+        || (double)sim->unsorted >= rebuild_updates * rows;
+}
+
 static void tree_arrange(struct sim *sim, void *state)
 {
     (void)state;
     if (sim->tree.leaf_size == 0) tree_need_leaf(&sim->tree, LEAF_ROWS);
-    if (sim->tree.built < 0 || sim->rebuild_next || timeline_active(&sim->time, (int)sim->rebuild_rung)) {
+    for_species(sim, s) sim->unsorted += s->n_ending;
+    if (rebuild_due(sim)) {
         box_wrap_rows(sim);
         tree_build(sim);
         if (sim->failure.set) return;
         ranks_divide(sim);
         sim_find_active(sim);
         sim->rebuild_next = false;
+        sim->unsorted = 0;
     } else {
         tree_refit(sim);
     }
@@ -83,32 +106,6 @@ static void choose_rungs(struct sim *sim, struct species *s, double common, doub
     }
 }
 
-/* The tree is rebuilt whenever at least this part of all rows is active: below it the sort would
- * cost more than the forces on the active rows (0.1 against 1.5 microseconds a row). */
-static const double rebuild_share = 1.0 / 16;
-
-static void choose_rebuild(struct sim *sim)
-{
-    int64_t rows[RUNG_TOP + 2] = {0};
-    for_species(sim, s)
-        for (int64_t i = s->own; i < s->own + s->n_own; i++) {
-            rows[s->rung[i]]++;
-            rows[RUNG_TOP + 1]++;
-        }
-    comm_sum_int(rows, RUNG_TOP + 2);
-    int rung = 0;
-    for (int64_t sum = rows[0]; rung < RUNG_TOP && (double)sum < rebuild_share * (double)rows[RUNG_TOP + 1];)
-        sum += rows[++rung];
-    sim->rebuild_rung = rung;
-}
-
-static int64_t count_rows(const struct sim *sim)
-{
-    int64_t rows = 0;
-    for_species(sim, s) rows += s->n;
-    return rows;
-}
-
 static void steps_limit(struct sim *sim, void *state)
 {
     struct steps *steps = state;
@@ -119,7 +116,6 @@ static void steps_limit(struct sim *sim, void *state)
         if (!sim->failure.set) choose_rungs(sim, s, sim->time.common ? steps->shortest : 0, &steps->own);
     if (ranks_failed(sim)) return;
     ranks_share_rows(sim);
-    if (timeline_synchronous(&sim->time)) choose_rebuild(sim);
     tree_follow(sim);
 }
 

@@ -2,7 +2,8 @@
  * One octree over the global Morton key (128 bits, 42 a dimension) of all species. A cell holds a
  * contiguous range of rows of each species. Cells and groups are functions of the keys alone, never
  * of threads or ranks. Between rebuilds the cells are refitted: their centres drift and their boxes
- * grow with the largest speed within, and rows that were active widen them where they must. */
+ * grow with the largest speed within, until it pays to look at the rows again; rows that were active
+ * widen them where they must. */
 #ifndef TEPHRA_TREE_H
 #define TEPHRA_TREE_H
 #include "species.h"
@@ -13,7 +14,8 @@ struct node {
     double pos[3];              /* centre of mass now (of the rows' centres, if all masses are 0) */
     float vel[3];               /* its velocity */
     float low[3], high[3];      /* box of all rows now, relative to pos; may be larger than needed */
-    float speed;                /* largest |v - vel| of a row, any component, until the next rebuild */
+    float speed;                /* largest |v - vel| of a row, any component, until the box is fitted anew */
+    float slack;                /* by how much the box has grown since it was fitted; 0: fitted at tree->fitted */
     float mass;
     int32_t parent, child;      /* first child, children are contiguous; -1 = none */
     int16_t n_children;
@@ -42,7 +44,7 @@ void tree_need(struct tree *tree, enum node_column column, int width);
 void tree_need_leaf(struct tree *tree, int rows);
 /* Keys, sort, permutation of every species, cells. */
 void tree_build(struct sim *sim);
-/* Brings the cells to the present tick: centres drift, boxes grow. */
+/* Brings the cells to the present tick: centres drift, boxes grow or, where they have grown loose, are fitted anew. */
 void tree_refit(struct sim *sim);
 /* Widens boxes and speeds for the rows whose step ends now and whose paths have just changed: the step's last act. */
 void tree_follow(struct sim *sim);

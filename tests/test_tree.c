@@ -74,6 +74,17 @@ static void check_boxes(const struct sim *sim)
     }
 }
 
+/* What a refit leaves of them is not much wider than when it was fitted. */
+static void check_slack(const struct sim *sim)
+{
+    for (int32_t n = 0; n < sim->tree.n_nodes; n++) {
+        const struct node *node = &sim->tree.node[n];
+        float width = 0;
+        for (int d = 0; d < 3; d++) width = fmaxf(width, node->high[d] - node->low[d]);
+        assert_true(node->n_children > 0 || node->slack <= 0.125f * width);
+    }
+}
+
 /* Leaves partition the rows in order, children their parent's, and only leaves of coincident rows
  * hold more than asked. */
 static void check_cells(const struct sim *sim, bool coincident)
@@ -179,6 +190,7 @@ static void test_refit(void **unused)
         time->tick = (int64_t)step << (RUNG_TOP - 4);
         tree_refit(sim);
         check_boxes(sim);
+        check_slack(sim);
         for (int k = 0; k < N_SPECIES; k++) {       /* every 50th row gets a kick and starts a step */
             struct species *s = &sim->species[k];
             s->n_ending = 0;
