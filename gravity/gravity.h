@@ -110,8 +110,10 @@ const struct gravity_front *gravity_settings_row(enum gravity_solver solver, dou
 /* The solver's order, sizes and opening for a 99th percentile of the error. */
 void gravity_settings(struct gravity_opening *opening, double accuracy);
 
-/* Relative errors of accelerations, as `accuracy` counts them: against the larger of the exact size
- * and `floor`. */
+/* `accuracy` counts errors of accelerations against the larger of their size and this part of the rms size. */
+#define GRAVITY_FLOOR 1e-2
+
+/* Errors of accelerations. */
 struct gravity_errors { int64_t n; double rms, median, p99, max; };
 struct gravity_errors gravity_errors_of(double *error, int64_t n);
 /* The same of the errors of all ranks together. */
@@ -126,6 +128,8 @@ int64_t gravity_count_rows(const struct sim *sim);
 struct gravity_reference { int32_t *row[N_SPECIES]; int64_t n[N_SPECIES]; double (*exact[N_SPECIES])[4]; };
 struct gravity_reference gravity_reference_make(const struct sim *sim, const struct gravity *g, int64_t sample);
 struct gravity_errors gravity_reference_compare(const struct sim *sim, const struct gravity_reference *r);
+/* The 99th percentile of the errors as `accuracy` counts them. */
+double gravity_reference_held(const struct sim *sim, const struct gravity_reference *r);
 /* Of one acceleration; that of a row without any counts absolutely. */
 double gravity_relative_error(const float acc[3], const double exact[4]);
 void gravity_reference_free(struct gravity_reference *r);

@@ -199,7 +199,7 @@ void gravity_moments_least(struct sim *sim, struct gravity *g)
 {
     if (g->opening.solver != SOLVER_FMM || !g->known) return;
     /* Accelerations below this part of the rms count as it: the floor of `accuracy`. */
-    const float floor = 1e-2f * (float)sqrt(mean_square(sim));
+    const float floor = (float)(GRAVITY_FLOOR * sqrt(mean_square(sim)));
 #pragma omp parallel for schedule(dynamic, 256)
     for (int32_t n = 0; n < g->n_cells; n++) {
         if (g->cell[n].scale <= 0 || g->cell[n].n_children > 0) continue;

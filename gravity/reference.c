@@ -99,6 +99,30 @@ struct gravity_errors gravity_reference_compare(const struct sim *sim, const str
     return e;
 }
 
+double gravity_reference_held(const struct sim *sim, const struct gravity_reference *r)
+{
+    int64_t n = 0;
+    double sums[2] = {0};
+    for (int k = 0; k < N_SPECIES; k++)
+        for (int64_t j = 0; j < r->n[k]; j++, n++)
+            for (int d = 0; d < 3; d++) sums[0] += r->exact[k][j][d] * r->exact[k][j][d];
+    sums[1] = (double)n;
+    comm_sum(sums, 2);
+    const double floor2 = GRAVITY_FLOOR * GRAVITY_FLOOR * sums[0] / fmax(sums[1], 1);
+    double *error = mem_array("gravity", double, n);
+    n = 0;
+    for_species(sim, s)
+        for (int64_t j = 0; j < r->n[s->kind]; j++) {
+            const float *acc = s->acc[r->row[s->kind][j]];
+            const double *exact = r->exact[s->kind][j], a2 = exact[0] * exact[0] + exact[1] * exact[1] + exact[2] * exact[2];
+            const double relative = gravity_relative_error(acc, exact);
+            error[n++] = a2 < floor2 && a2 > 0 ? relative * sqrt(a2 / floor2) : relative;
+        }
+    struct gravity_errors e = gravity_errors_shared(error, n);
+    mem_free(error);
+    return e.p99;
+}
+
 void gravity_reference_free(struct gravity_reference *r)
 {
     for (int k = 0; k < N_SPECIES; k++) {
