@@ -245,8 +245,8 @@ static void make(struct chart_sheet *sheet, const void *state)
     chart_columns(sheet, "set,n,row,method,order,opening,group,leaf,precision,tree [s],cpu [s],rms,median,p99,max,held,radius");
     chart_note(sheet, "cited rows: one core of another processor with AVX-512, which does 1e9 pairs in double in 1.65 s");
     chart_note(sheet, "cpu: one force of all rows with the tree; errors: of accelerations against direct sums in double, relative");
-    chart_note(sheet, "held: the 99th percentile as gravity.accuracy counts it, against the larger of the acceleration and %g of the "
-                      "rms one", GRAVITY_FLOOR);
+    chart_note(sheet, "held: the 99th percentile as gravity.accuracy counts it, against the larger of the acceleration "
+                      "and %g of the rms one", GRAVITY_FLOOR);
     if (c->n == 1000000 && (c->set == 0 || c->set == SETS)) add_peers(sheet);
     for (int k = 0; k < SETS; k++)
         if (c->set == k || c->set == SETS) study_set(sheet, c, sets[k], NULL);
