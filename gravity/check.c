@@ -162,7 +162,8 @@ bool gravity_check_passes(struct sim *sim, struct gravity *g, struct gravity_sam
     if (e.p99 <= safe * g->accuracy) return true;
     if (++sample->trials == TRIALS) {
         if (e.p99 > g->accuracy)
-            log_warning("gravity: the accuracy asked, %g, is not reached: 1 %% of the rows err by more than %.1e", g->accuracy, e.p99);
+            log_warning("gravity: the accuracy asked, %g, is not reached: 1 %% of the rows err by more than %.1e", g->accuracy,
+                        e.p99);
         return true;
     }
     take_back(sim, sample);
