@@ -10,6 +10,7 @@
 #include "mem.h"
 #include "module.h"
 #include "ranks.h"
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -279,6 +280,37 @@ static void limit(struct sim *sim, void *state)
         }
 }
 
+/* Positions are doubles about the origin: how far from it the rows lie and how large the set is. */
+static void warn_distance(const struct sim *sim, const struct gravity *g)
+{
+    double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY}, far = 0, extent = 0;
+    for_species(sim, s)
+        for (int64_t i = 0; i < s->n; i++)
+            for (int k = 0; k < 3; k++) {
+                low[k] = fmin(low[k], s->pos[i][k]);
+                high[k] = fmax(high[k], s->pos[i][k]);
+                far = fmax(far, fabs(s->pos[i][k]));
+            }
+    for (int k = 0; k < 3; k++) extent = fmax(extent, high[k] - low[k]);
+    const double step = far * DBL_EPSILON, spacing = extent / cbrt(fmax((double)g->rows, 1));
+    const double matters = sim->tree.blur > 0 ? fmin(sim->tree.blur, spacing) : spacing;
+    if (extent > 0 && step > 1e-3 * matters)
+        log_warning("gravity: the rows lie %.1e of their extent from the origin: doubles resolve %.1e there, which is %.1e of "
+                    "the softening or of the distance of rows; move the origin to them", far / extent, step, step / matters);
+}
+
+/* Explicit openings beyond which single rows err by more than 15 %: doc/manual/gravity.md, "Where it fails". */
+static void warn_opening(const struct gravity *g)
+{
+    const double widest_angle = 0.8, loosest = 1e-2;
+    if (g->opening.solver == SOLVER_TREE && g->opening_angle > widest_angle)
+        log_warning("gravity.opening_angle = %g: above %g single rows of a clumped set err by up to 80 %%; give an accuracy "
+                    "instead", g->opening_angle, widest_angle);
+    if (g->opening.solver == SOLVER_FMM && g->tolerance > loosest)
+        log_warning("gravity.tolerance = %g: above %g single rows of a clumped set err by up to 80 %%; give an accuracy "
+                    "instead", g->tolerance, loosest);
+}
+
 /* Settings of which the run cannot hold what the scene seems to ask. */
 static void warn(struct sim *sim, void *state)
 {
@@ -289,7 +321,9 @@ static void warn(struct sim *sim, void *state)
             log_warning("gravity.softening of %s is 0: nothing but time.dt_max limits the steps of these rows, and close "
                         "pairs will gain energy; give a softening", species_names[s->kind]);
     }
-    if (g->precision == PRECISION_FLOAT && g->accuracy < FLOAT_ACCURACY)
+    warn_opening(g);
+    warn_distance(sim, g);
+    if (g->precision != PRECISION_DOUBLE && g->accuracy < FLOAT_ACCURACY)
         log_warning("gravity.accuracy = %g is beyond single precision (about %g); solver: direct with precision: double "
                     "reaches it", g->accuracy, FLOAT_ACCURACY);
     if (g->opening.solver == SOLVER_DIRECT && (g->order > 0 || g->leaf_size > 0 || g->group_size > 0))

@@ -129,4 +129,11 @@ P
 expect_status 0 tephra check good.yml --set start.generator=evrard; expect_text 'they move as dust' err
 expect_status 0 tephra check good.yml --set sph={};            expect_text 'there is no gas' err
 expect_status 0 tephra check good.yml --set gravity.softening=0; expect_text 'gravity.softening of dark is 0' err
+expect_status 0 tephra check good.yml --set gravity.accuracy=3e-7; expect_text 'beyond single precision' err
+for beyond in 'tree opening_angle=0.9 0.8' 'fmm tolerance=0.1 1e-2'; do
+    set -- $beyond
+    expect_status 0 tephra check good.yml --set gravity.solver=$1 --set gravity.$2; expect_text 'err by up to 80 %' err
+    expect_status 0 tephra check good.yml --set gravity.solver=$1 --set "gravity.${2%%=*}=$3"
+    grep -q 'err by up to' err && fail "$1 $2: a warning within the boundary"
+done
 finish
