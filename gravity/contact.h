@@ -7,4 +7,6 @@
 /* Potential energy of two rows of unit mass at one place, -G/eps with the softening of the pair, in code units;
  * 0 without gravity or softening. */
 double gravity_contact(const struct sim *sim, enum species_kind a, enum species_kind b);
+/* The same at the distance r; 0 where rows at one place do not attract each other. */
+double gravity_pair(const struct sim *sim, enum species_kind a, enum species_kind b, double r);
 #endif

@@ -3,8 +3,7 @@
 #include "nearest.h"
 #include <math.h>
 
-/* From the place to a cell's box, at least. */
-static double gap2(const struct sim *sim, const struct node *node, const double pos[3])
+double nearest_gap2(const struct sim *sim, const struct node *node, const double pos[3])
 {
     double sum = 0;
     for (int k = 0; k < 3; k++) {
@@ -37,6 +36,7 @@ static void look_at_rows(const struct sim *sim, const struct node *node, const d
 {
     for (int32_t i = node->first[GAS]; i < node->first[GAS] + node->count[GAS]; i++) {
         double now[3], r2 = 0;
+        if (species_gone(&sim->species[GAS], i)) continue;
         sim_predict(&sim->time, &sim->species[GAS], i, now);
         for (int k = 0; k < 3; k++) {
             double d = now[k] - pos[k];
@@ -64,7 +64,7 @@ static void visit(const struct sim *sim, int32_t n, const double pos[3], int cou
     for (int c = 0; c < node->n_children; c++) {
         const struct node *child = &sim->tree.node[node->child + c];
         if (child->count[GAS] == 0) continue;
-        double r2 = gap2(sim, child, pos);
+        double r2 = nearest_gap2(sim, child, pos);
         int at = kept++;
         for (; at > 0 && gap[at - 1] > r2; at--) {
             gap[at] = gap[at - 1];

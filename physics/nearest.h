@@ -9,4 +9,6 @@ struct nearest { int n; int32_t row[NEAREST_MOST]; double r2[NEAREST_MOST]; };  
 
 /* The `count` gas rows nearest to a place now, the nearest image of each; fewer if there are fewer. */
 void nearest_gas(const struct sim *sim, const double pos[3], int count, struct nearest *nearest);
+/* Square of the least distance, or less, from a place to the box of a cell now. */
+double nearest_gap2(const struct sim *sim, const struct node *node, const double pos[3]);
 #endif

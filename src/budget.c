@@ -8,7 +8,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { COLUMNS = 32, NAME = 48 };
+enum { COLUMNS = 128, NAME = 48 };
 
 struct budget { struct energy_sink sink; int n; char name[COLUMNS][NAME]; double value[COLUMNS]; };
 

@@ -8,7 +8,7 @@
 #define TEPHRA_ENERGY_H
 #include "sim.h"
 
-enum { ENERGY_COLUMNS = 24, ENERGY_NAME = 32 };
+enum { ENERGY_COLUMNS = 32, ENERGY_NAME = 32 };
 
 struct energy {
     int n;                                      /* energies: kinetic, thermal, potential, reservoirs */

@@ -134,6 +134,19 @@ int64_t ranks_append(struct sim *sim, enum species_kind kind, int64_t rows)
     return first;
 }
 
+void ranks_remove(struct sim *sim, enum species_kind kind, int64_t row)
+{
+    struct species *s = &sim->species[kind];
+    check(s->shrinks);
+    s->id[row] = UINT64_MAX;
+    s->mass[row] = 0;
+    for (int c = FIRST_ELEMENT; c < END_ELEMENTS; c++) {
+        double *element = species_column(s, (enum column)c);
+        if (element) element[row] = 0;
+    }
+    if (kind == GAS) sim->rebuild_next = true;  /* or it would count among neighbours */
+}
+
 void ranks_share_rows(struct sim *sim)
 {
     if (comm_size() == 1) return;

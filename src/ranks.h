@@ -16,6 +16,9 @@ void ranks_share(struct sim *sim, uint64_t columns);
 /* In EVENT: room for new rows at the end of a species, the same on every rank; returns the first. Columns are
  * zero. They are the last rank's, and no cell's, until the tree is rebuilt at the next step. */
 int64_t ranks_append(struct sim *sim, enum species_kind kind, int64_t rows);
+/* In EVENT: takes a row, on every rank alike. It loses its mass now, is in no snapshot, and is dropped when the tree is
+ * rebuilt, at the next step if it is gas. The species must be marked `shrinks`. */
+void ranks_remove(struct sim *sim, enum species_kind kind, int64_t row);
 /* At the end of a step: every KEEP column of the active rows, and the rungs of sleepers that any
  * rank has woken. */
 void ranks_share_rows(struct sim *sim);

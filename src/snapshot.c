@@ -105,7 +105,7 @@ static void write_temperature(struct h5 *file, const struct sim *sim, const stru
 {
     if (table->kind != GAS) return;
     char path[100];
-    float *kelvin = mem_array("files", float, table->n), *values = mem_array("files", float, table->n);
+    float *kelvin = mem_array("files", float, sim->species[GAS].n), *values = mem_array("files", float, table->n);
     if (layout_temperatures(sim, kelvin)) {
         for (int64_t i = 0; i < table->n; i++) values[i] = kelvin[order[i]];
         snprintf(path, sizeof path, "PartType%d/Temperature", layout_type[table->kind]);
@@ -116,15 +116,18 @@ static void write_temperature(struct h5 *file, const struct sim *sim, const stru
     mem_free(values);
 }
 
-static void write_species(const struct writer *w, const struct species *table)
+/* Rows that are gone come last in the order of ids, and are left out. */
+static void write_species(const struct writer *w, const struct species *all)
 {
+    struct species shown = *all, *table = &shown;
+    shown.n = species_live(all);
     struct h5 *file = w->file;
     const struct sim *sim = w->sim;
     char group[20];
     snprintf(group, sizeof group, "PartType%d", layout_type[table->kind]);
     h5_group(file, group);
     h5_attr_text(file, group, "species", species_names[table->kind]);
-    int32_t *order = rows_by_id(table);
+    int32_t *order = rows_by_id(all);
     for (int c = 0; c < N_COLUMNS; c++) {
         bool stale = c == COLUMN_pot && !sim->fresh_potential;
         if (*column_table[c].file_name && !stale && species_column(table, c))
@@ -163,7 +166,7 @@ static void write_header(const struct writer *w)
     static const char *const names[] = {"NumPart_ThisFile", "NumPart_Total"};
     static const char *const flags[] = {"Flag_Sfr", "Flag_Cooling", "Flag_StellarAge", "Flag_Metals",
                                         "Flag_Feedback"};
-    for (int s = 0; s < N_SPECIES; s++) count[layout_type[s]] = (uint64_t)sim->species[s].n;
+    for (int s = 0; s < N_SPECIES; s++) count[layout_type[s]] = (uint64_t)species_live(&sim->species[s]);
     double now = timeline_now(&sim->time);
     h5_group(file, "Header");
     for (int i = 0; i < 2; i++) h5_attr_uints(file, "Header", names[i], count, LAYOUT_TYPES);
@@ -206,6 +209,6 @@ void snapshot_write(const struct sim *sim, const char *path, enum snapshot_preci
     write_units(file, sim, "Units");
     provenance_write(file, sim);
     for (int s = 0; s < N_SPECIES; s++)
-        if (sim->species[s].n > 0) write_species(&writer, &sim->species[s]);
+        if (species_live(&sim->species[s]) > 0) write_species(&writer, &sim->species[s]);
     h5_close(file);
 }

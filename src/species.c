@@ -118,6 +118,24 @@ static void permute_columns(struct species *table, const int32_t *order, int64_t
     mem_free(spare);
 }
 
+int64_t species_live(const struct species *table)
+{
+    int64_t live = table->n;
+    for (int64_t i = 0; i < table->n && table->shrinks; i++) live -= species_gone(table, i);
+    return live;
+}
+
+void species_drop(struct species *table)
+{
+    int64_t live = species_live(table), n = 0;
+    if (live == table->n) return;
+    int32_t *order = mem_array("columns", int32_t, live);
+    for (int64_t i = 0; i < table->n; i++)
+        if (!species_gone(table, i)) order[n++] = (int32_t)i;
+    species_permute(table, order, live);
+    mem_free(order);
+}
+
 void species_permute(struct species *table, const int32_t *order, int64_t n)
 {
     check(n <= table->n);

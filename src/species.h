@@ -18,7 +18,7 @@ struct species {
     enum species_kind kind;
     int64_t n, capacity;            /* rows in use, rows allocated */
     int64_t own, n_own;             /* this rank's rows */
-    bool grows;                     /* a module may give it rows during the run */
+    bool grows, shrinks;            /* a module may give it rows during the run, or take them (ranks_remove) */
     uint64_t columns;               /* bit (1 << COLUMN_x): asked for */
     int32_t *active;                /* own rows whose step ends now, ascending */
     int64_t n_active;
@@ -43,4 +43,10 @@ size_t species_row_bytes(enum column column);
 void species_gather(enum column column, const void *from, void *to, const int32_t *order, int64_t n);
 /* Reorders every KEEP column: new row i is old row order[i]; n rows remain. */
 void species_permute(struct species *table, const int32_t *order, int64_t n);
+/* A row that was taken (ranks_remove): it has no mass and lies there until the tree is rebuilt. */
+static inline bool species_gone(const struct species *table, int64_t i) { return table->shrinks && table->id[i] == UINT64_MAX; }
+/* Rows that are not gone. */
+int64_t species_live(const struct species *table);
+/* Drops the rows that are gone; the others keep their order. */
+void species_drop(struct species *table);
 #endif

@@ -217,6 +217,7 @@ static void split(struct cells *b, int32_t n)
 struct cells *tree_cells_begin(struct sim *sim)
 {
     struct tree *tree = &sim->tree;
+    for_species(sim, s) species_drop(s);
     if (!choose_cube(sim)) return NULL;
     struct cells *b = mem_alloc("sort", sizeof *b);
     *b = (struct cells){.sim = sim, .tree = tree, .scale = ldexp(1.0, KEY_LEVELS) / tree->side};
