@@ -59,6 +59,14 @@ void rows_centre(struct rows rows)
 
 void rows_rest(struct rows rows) { subtract_mean(rows.table->vel + rows.first, rows.n); }
 
+double rows_mass(const struct rows_spectrum *spectrum, double x)
+{
+    double power = spectrum->slope + 1, ratio = spectrum->most / spectrum->least;
+    if (!(ratio > 1)) return spectrum->least;
+    if (fabs(power) < 1e-9) return spectrum->least * pow(ratio, x);
+    return spectrum->least * pow(1 + x * (pow(ratio, power) - 1), 1 / power);
+}
+
 void rows_set_u(struct species *table, double u)
 {
     if (!species_has(table, COLUMN_u)) return;

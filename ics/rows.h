@@ -21,6 +21,9 @@ void rows_centre(struct rows rows);
 void rows_rest(struct rows rows);
 /* Parts of n in proportion to the shares, whole numbers that sum to n. */
 void rows_share(int64_t n, int parts, const double *share, int64_t *count);
+/* Masses from least to most whose number in an interval is ~ mass^slope: that below which the part x of them lies. */
+struct rows_spectrum { double least, most, slope; };
+double rows_mass(const struct rows_spectrum *spectrum, double x);
 /* Gives every gas row this specific internal energy; nothing to do for other species. */
 void rows_set_u(struct species *table, double u);
 /* The same from a temperature in K, with layout_kelvin, or as the module has it that knows better (sim->kelvin). The

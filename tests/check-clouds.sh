@@ -1,0 +1,37 @@
+#!/bin/sh
+# SPDX-License-Identifier: GPL-3.0-or-later
+# Cold clouds that collide: the same on 1 and 2 threads, on two and three ranks and after a restart; books that close.
+. "$TEPHRA_SOURCE/tests/lib.sh"
+scene=$TEPHRA_SOURCE/ics/cloud_box.yml
+small="--set start.n=500 --set time.end=100Myr"
+last() { awk -F, -v name="$2" 'NR == 1 { for (i = 1; i <= NF; i++) { sub(/ .*/, "", $i); if ($i == name) at = i } } END { print $at }' "$1"; }
+
+expect_status 0 tephra run "$scene" $small --threads 1 --out one
+expect_status 0 tephra run "$scene" $small --threads 2 --out two
+same one/snapshot_004.hdf5 two/snapshot_004.hdf5
+expect_status 0 tephra run "$scene" $small --set time.end=50Myr --out half
+expect_status 0 tephra run --restart half --set time.end=100Myr
+same one/snapshot_004.hdf5 half/snapshot_004.hdf5
+cmp -s one/budget.csv half/budget.csv || fail "budget.csv differs after a restart"
+if command -v mpirun >/dev/null && ! tephra --version | grep -q 'MPI *no'; then
+    for ranks in 2 3; do
+        expect_status 0 mpirun -n $ranks --oversubscribe tephra run "$scene" $small --threads 1 --out ranks$ranks
+        same one/snapshot_004.hdf5 ranks$ranks/snapshot_004.hdf5
+    done
+fi
+awk -v n="$(last one/budget.csv cloud_coagulations)" 'BEGIN { exit !(n > 5) }' || fail "no clouds became one"
+awk -v e="$(last one/energy.csv error)" 'BEGIN { exit !(e < 1e-13 && e > -1e-13) }' || fail "energy: $(last one/energy.csv error)"
+tephra info one/snapshot_004.hdf5 >info
+grep -q "^cloud: $(last one/budget.csv clouds) rows" info || fail "the snapshot holds clouds that are no more: $(grep cloud info)"
+
+# Viscosity instead: slower loss, books that close.
+expect_status 0 tephra run "$scene" $small --set clouds.variant=viscous --out viscous
+awk -v e="$(last viscous/energy.csv error)" -v r="$(last viscous/energy.csv radiated_clouds)" \
+    'BEGIN { exit !(e < 1e-13 && e > -1e-13 && r > 0.001) }' || fail "viscous: $(tail -n 1 viscous/energy.csv)"
+
+# Said and refused.
+expect_status 0 tephra check "$scene" --set "box.x=500 pc" --set "box.y=500 pc" --set "box.z=500 pc"
+expect_text 'clouds fill' err
+expect_status 2 tephra check "$scene" --set clouds.restitution=2
+expect_text 'restitution' err
+finish
