@@ -6,8 +6,9 @@
 #include <omp.h>
 #include <string.h>
 
-/* Bytes of the arena a gas row: 6 candidates, twice what all rows together have at a group size of 512. */
-enum { ARENA_BYTES = 24 };
+/* Candidates that the arena has room for: of a gas row, twice what all rows together have at a group size of 512; of an
+ * active row that is alone in its group, as many neighbours. */
+enum { ROW_CANDIDATES = 6, LONE_CANDIDATES = 4 };
 
 static void make_groups(const struct sim *sim, struct sph *sph)
 {
@@ -27,12 +28,10 @@ static void reserve(const struct sim *sim, struct sph *sph)
             sph->work[sph->n_work]->meet = sph->meet;
         }
     }
-    int64_t size = gas->n * ARENA_BYTES / (int64_t)sizeof *sph->arena;
-    if (size != sph->arena_size) {
-        mem_free(sph->arena);
-        sph->arena = mem_array("sph", int32_t, size);
-        sph->arena_size = size;
-    }
+    int64_t whole = gas->n * ROW_CANDIDATES, lone = gas->n_active * LONE_CANDIDATES * sph->neighbours;
+    sph_drop_lists(sph);
+    sph->arena_size = lone < whole ? lone : whole;
+    sph->arena = mem_array("sph", int32_t, sph->arena_size);
     sph->arena_used = 0;
     sph->batch = mem_resize("sph", sph->batch, (size_t)sph_most_batches(sph, gas->n_active) * sizeof *sph->batch);
 }
@@ -104,13 +103,22 @@ int32_t sph_batch_at(const struct sim *sim, const struct sph *sph, int32_t row)
     return low;
 }
 
+void sph_drop_lists(struct sph *sph)
+{
+    mem_free(sph->arena);
+    mem_free(sph->batch);
+    sph->arena = NULL;
+    sph->batch = NULL;
+    sph->arena_size = 0;
+    sph->n_batches = 0;
+}
+
 void sph_free_batches(struct sph *sph)
 {
+    sph_drop_lists(sph);
     for (int t = 0; t < sph->n_work; t++) mem_free(sph->work[t]);
     mem_free(sph->work);
     mem_free(sph->group);
-    mem_free(sph->batch);
-    mem_free(sph->arena);
     mem_free(sph->next_rung);
 }
 

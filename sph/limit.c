@@ -233,6 +233,20 @@ static void even_out(struct sim *sim, struct sph *sph)
     mem_free(granted.list);
 }
 
+static void bring_near(struct sim *sim, struct sph *sph)
+{
+    const struct species *gas = &sim->species[GAS];
+    ranks_share(sim, (uint64_t)1 << COLUMN_dt);
+    sph->next_rung = mem_resize("sph", sph->next_rung, (size_t)gas->n);
+    memcpy(sph->next_rung, gas->rung, (size_t)gas->n);
+    for (int64_t e = 0; e < gas->n_ending; e++) {
+        int32_t i = gas->ending[e];
+        int rung = timeline_rung(&sim->time, (double)gas->dt[i]);
+        sph->next_rung[i] = (uint8_t)(rung > 0 ? rung : 0);
+    }
+    even_out(sim, sph);
+}
+
 void sph_limit(struct sim *sim, void *state)
 {
     struct sph *sph = state;
@@ -244,14 +258,6 @@ void sph_limit(struct sim *sim, void *state)
         sph_reason(sim, sph, gas, i, &step);
         gas->dt[i] = fminf(gas->dt[i], (float)step.dt);
     }
-    if (sim->time.common || gas->n_ending == 0) return;
-    ranks_share(sim, (uint64_t)1 << COLUMN_dt);
-    sph->next_rung = mem_resize("sph", sph->next_rung, (size_t)gas->n);
-    memcpy(sph->next_rung, gas->rung, (size_t)gas->n);
-    for (int64_t e = 0; e < gas->n_ending; e++) {
-        int32_t i = gas->ending[e];
-        int rung = timeline_rung(&sim->time, (double)gas->dt[i]);
-        sph->next_rung[i] = (uint8_t)(rung > 0 ? rung : 0);
-    }
-    even_out(sim, sph);
+    if (!sim->time.common && gas->n_ending > 0) bring_near(sim, sph);
+    sph_drop_lists(sph);
 }

@@ -16,7 +16,7 @@
 #include <string.h>
 #include <unistd.h>
 
-enum { FORMAT = 2 };    /* raised by every change that makes older files unreadable */
+enum { FORMAT = 3 };    /* raised by every change that makes older files unreadable */
 
 #define FIELD(name, member) {name, offsetof(struct sim, member), sizeof ((struct sim *)0)->member}
 static const struct saved sim_fields[] = {

@@ -53,6 +53,18 @@ static void print_columns(const struct sim *sim)
     }
 }
 
+/* What a run takes at most: the peak so far, or what is held now while the tree is built anew in mid-run, when keys and
+ * order of the sort and a spare column come on top (snapshots and pictures take less). */
+static double peak_of_run(const struct sim *sim)
+{
+    double keys = 0, most = 0;
+    for_species(sim, s) {
+        keys += (double)s->n * sizeof(uint64_t);
+        most = fmax(most, keys + (double)s->n * (double)(species_widest(s) + sizeof(int32_t)));
+    }
+    return fmax((double)mem_peak(), (double)mem_now() + most);
+}
+
 /* Updates until the end if every row kept the step that it has at the start. */
 static double updates_due(const struct sim *sim)
 {
@@ -85,7 +97,8 @@ static int check_scene(int argc, char **argv)
         print_columns(sim);
         printf("memory\n");
         mem_report(stdout);
-        printf("  %.0f bytes a row at the highest\n", (double)mem_peak() / (double)(rows ? rows : 1));
+        printf("  %.1f MB in a run, %.0f bytes a row: where the tree is built anew, sorting comes on top\n",
+               1e-6 * peak_of_run(sim), peak_of_run(sim) / (double)(rows ? rows : 1));
         printf("cost\n  longest step %g, %.3g updates to t = %g with the steps of the start, "
                "%.2g microseconds of CPU each: %.3g CPU s (more where the steps shorten)\n",
                sim->time.dt_max, updates_due(sim), sim->time.start + timeline_seconds(&sim->time, sim->time.tick_end),

@@ -8,6 +8,7 @@
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 
 enum { ALIGNMENT = 64, MAX_OWNERS = 64 };
 
@@ -146,6 +147,12 @@ size_t mem_peak(void)
     size_t peak = ledger.peak;
     pthread_mutex_unlock(&ledger.lock);
     return peak;
+}
+
+size_t mem_process_peak(void)
+{
+    struct rusage usage;
+    return getrusage(RUSAGE_SELF, &usage) == 0 ? (size_t)usage.ru_maxrss * 1024 : 0;
 }
 
 void mem_report(FILE *stream)

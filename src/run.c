@@ -101,14 +101,20 @@ static int failed(struct sim *sim)
     return STATUS_NUMBERS;
 }
 
-static void summary(const struct sim *sim, double cpu)
+/* CPU time and updates before this run began, or went on. */
+struct leg { double cpu; int64_t updates; };
+
+static void summary(const struct sim *sim, const struct leg *before)
 {
     const struct output *output = sim_state(sim, "output");
-    double sum[2] = {cpu, (double)mem_peak()};
-    comm_sum(sum, 2);
-    log_line("%lld steps, %lld updates, %.1f CPU s (%.2f microseconds an update), peak memory %.1f MB, largest energy error %.2e",
-             (long long)sim->steps, (long long)sim->updates, sum[0],
-             1e6 * sum[0] / (double)(sim->updates ? sim->updates : 1), sum[1] / 1e6, output->energy.worst);
+    int64_t updates = sim->updates - before->updates;
+    double sum[3] = {profile_cpu() - before->cpu, (double)mem_peak(), (double)mem_process_peak()};
+    comm_sum(sum, 3);
+    log_line("%lld steps, %lld updates, %.1f CPU s (%.2f microseconds an update), peak memory %.1f MB (of the process%s %.1f MB), "
+             "largest energy error %.2e", (long long)sim->steps, (long long)sim->updates, sum[0],
+             1e6 * sum[0] / (double)(updates ? updates : 1), sum[1] / 1e6, comm_size() > 1 ? "es" : "", sum[2] / 1e6,
+             output->energy.worst);
+    if (before->updates > 0) log_line("%lld of the updates since the run went on, in these CPU s", (long long)updates);
     steps_log_gain(sim);
 }
 
@@ -116,7 +122,7 @@ int run_to_end(struct sim *sim, double max_wall)
 {
     struct timeline *time = &sim->time;
     struct output *output = sim_state(sim, "output");
-    double cpu = profile_cpu();
+    const struct leg before = {profile_cpu(), sim->updates};
     sim->wall_start = profile_wall();
     sim->part_start = (double)time->tick / (double)time->tick_end;
     bool fine = sim->started || run_step(sim, HOOK_RECORD);
@@ -124,13 +130,13 @@ int run_to_end(struct sim *sim, double max_wall)
         output->snapshot_asked |= asked_for_snapshot();
         if (asked_to_stop(sim, max_wall)) {
             output_checkpoint(sim);
-            summary(sim, profile_cpu() - cpu);
+            summary(sim, &before);
             log_line("stopped on request at t = %g; go on with: tephra run --restart %s", timeline_now(time), sim->folder);
             return STATUS_STOPPED;
         }
         fine = run_step(sim, HOOK_RECORD);
     }
     if (!fine) return failed(sim);
-    summary(sim, profile_cpu() - cpu);
+    summary(sim, &before);
     return STATUS_DONE;
 }

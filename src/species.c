@@ -94,13 +94,19 @@ void species_gather(enum column column, const void *from, void *to, const int32_
 static bool is_kept(const struct species *table, int c)
 { return species_has(table, c) && column_table[c].lifetime == KEEP; }
 
-/* Fresh pages cost twice as much as the copies: one spare column serves all. The widest columns change places
- * with it, the others are copied back. What lies behind the last row stays zero. */
-static void permute_columns(struct species *table, const int32_t *order, int64_t before)
+size_t species_widest(const struct species *table)
 {
     size_t widest = 0;
     for (int c = 0; c < N_COLUMNS; c++)
         if (is_kept(table, c) && species_row_bytes(c) > widest) widest = species_row_bytes(c);
+    return widest;
+}
+
+/* Fresh pages cost twice as much as the copies: one spare column serves all. The widest columns change places
+ * with it, the others are copied back. What lies behind the last row stays zero. */
+static void permute_columns(struct species *table, const int32_t *order, int64_t before)
+{
+    const size_t widest = species_widest(table);
     void *spare = mem_alloc("columns", (size_t)table->capacity * widest);
     for (int c = 0; c < N_COLUMNS; c++) {
         if (!is_kept(table, c)) continue;

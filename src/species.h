@@ -39,6 +39,8 @@ void species_free(struct species *table);
 /* The column's storage, NULL if not needed, and the bytes of one row of it. */
 void *species_column(const struct species *table, enum column column);
 size_t species_row_bytes(enum column column);
+/* Bytes of a row of the widest column that is kept: what a row takes more while rows are sorted. */
+size_t species_widest(const struct species *table);
 /* to[i] = from[order[i]] for n rows of a column. */
 void species_gather(enum column column, const void *from, void *to, const int32_t *order, int64_t n);
 /* Reorders every KEEP column: new row i is old row order[i]; n rows remain. */

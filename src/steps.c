@@ -59,12 +59,14 @@ const struct module tree_module = {
     .hook[HOOK_ARRANGE] = tree_arrange,
 };
 
-/* Updates that steps without rounding would take: of each row's own, and of common ones. */
-struct steps { double own, common, shortest; };
+/* Updates that steps without rounding would take, of all ranks: of each row's own, counted where a step begins, and of
+ * common ones. `whole`: these and the updates done when the steps of all rows last ended, so that none is counted halfway. */
+struct counts { double own, common, updates; };
+struct steps { struct counts now, whole; double shortest; };
 
 static const struct saved saved[] = {
-    {"own", offsetof(struct steps, own), sizeof(double)},
-    {"common", offsetof(struct steps, common), sizeof(double)},
+    {"now", offsetof(struct steps, now), sizeof(struct counts)},
+    {"whole", offsetof(struct steps, whole), sizeof(struct counts)},
     {"shortest", offsetof(struct steps, shortest), sizeof(double)},
     {0}
 };
@@ -93,7 +95,6 @@ static double shortest_step(struct sim *sim)
 
 static void choose_rungs(struct sim *sim, struct species *s, double common, double *updates)
 {
-    const bool more = sim->time.tick < sim->time.tick_end;
     for (int64_t a = 0; a < s->n_active; a++) {
         int64_t i = s->active[a];
         int rung = timeline_rung(&sim->time, common > 0 ? common : (double)s->dt[i]);
@@ -102,18 +103,23 @@ static void choose_rungs(struct sim *sim, struct species *s, double common, doub
             return;
         }
         s->rung[i] = s->rung0[i] = (uint8_t)rung;
-        if (more) *updates += timeline_seconds(&sim->time, (int64_t)1 << rung) / fmin((double)s->dt[i], sim->time.dt_max);
+        *updates += timeline_seconds(&sim->time, (int64_t)1 << rung) / fmin((double)s->dt[i], sim->time.dt_max);
     }
 }
 
 static void steps_limit(struct sim *sim, void *state)
 {
     struct steps *steps = state;
-    if (steps->shortest > 0) steps->common += (double)count_rows(sim) * sim->last_dt / steps->shortest;
+    double own = 0;
+    if (steps->shortest > 0) steps->now.common += (double)count_rows(sim) * sim->last_dt / steps->shortest;
+    steps->now.updates = (double)sim->updates;
+    if (sim->synchronous) steps->whole = steps->now;
     for_species(sim, s) if (!sim->failure.set) check_rows(sim, s);
     steps->shortest = shortest_step(sim);
     for_species(sim, s)
-        if (!sim->failure.set) choose_rungs(sim, s, sim->time.common ? steps->shortest : 0, &steps->own);
+        if (!sim->failure.set) choose_rungs(sim, s, sim->time.common ? steps->shortest : 0, &own);
+    comm_sum(&own, 1);
+    steps->now.own += own;
     if (ranks_failed(sim)) return;
     ranks_share_rows(sim);
     tree_follow(sim);
@@ -161,12 +167,10 @@ void steps_log_smallest(struct sim *sim)
 
 void steps_log_gain(const struct sim *sim)
 {
-    const struct steps *steps = sim_state(sim, "steps");
-    double own = steps->own;
-    comm_sum(&own, 1);
-    if (sim->time.common || sim->updates == 0 || !(own > 0)) return;
+    const struct counts *whole = &((const struct steps *)sim_state(sim, "steps"))->whole;
+    if (sim->time.common || !(whole->updates > 0) || !(whole->own > 0)) return;
     log_line("steps of their own: %.2f times fewer updates than common ones; ideal, without powers of two: %.2f (%.0f %%)",
-             steps->common / (double)sim->updates, steps->common / own, 100 * own / (double)sim->updates);
+             whole->common / whole->updates, whole->common / whole->own, 100 * whole->own / whole->updates);
 }
 
 const struct module steps_module = {

@@ -14,6 +14,15 @@ for ranks in 2 3; do
     for k in 0 1 2; do same one/snapshot_00$k.hdf5 ranks$ranks/snapshot_00$k.hdf5; done
 done
 
+# Continued on other ranks: the same bits, and the same gain of steps of their own.
+expect_status 0 mpirun -n 2 --oversubscribe tephra run "$scene" $small --set time.end=0.1 --out half
+expect_status 0 tephra run --restart half --set time.end=0.2 --threads 1
+same one/snapshot_002.hdf5 half/snapshot_002.hdf5
+for run in one ranks2 ranks3 half; do grep '^steps of their own' $run/log.txt | tail -n 1 >$run.gain; done
+for run in ranks2 ranks3 half; do
+    cmp -s one.gain $run.gain || fail "gain of steps in $run: $(cat $run.gain), not $(cat one.gain)"
+done
+
 # The same with the other equations of the gas.
 other="--set sph.preset=modern --set sph.count=smooth --set sph.grad_h=on --set sph.equation=entropy"
 expect_status 0 tephra run "$scene" $small $other --out modern

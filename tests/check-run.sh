@@ -47,6 +47,9 @@ expect_status 0 tephra run --restart half --set time.end=0.4
 same one/snapshot_004.hdf5 half/snapshot_004.hdf5
 cut -d, -f1-10 half/energy.csv >b
 cmp -s a b || fail "energies differ after a restart"
+awk '/updates, .* CPU s/ { all[++n] = $3 } /^[0-9]+ of the updates since/ { since = $1 }
+     END { exit !(n == 2 && since > 0 && since == all[2] - all[1]) }' half/log.txt ||
+    fail "updates since the restart: $(grep 'of the updates since' half/log.txt)"
 expect_status 0 tephra run --restart half
 expect_text 'nothing to do' err
 
@@ -109,6 +112,8 @@ while [ ! -s stopped/snapshot_001.hdf5 ] && kill -0 $pid 2>/dev/null; do sleep 0
 kill -TERM $pid
 wait $pid; status=$?
 if [ $status -eq 4 ]; then
+    awk '/^steps of their own: / { taken = $5; ideal = $17 } END { exit !(taken > 1 && ideal >= taken && ideal < 2 * taken) }' stopped/log.txt ||
+        fail "no sensible gain of steps after a stop: $(grep '^steps of their own' stopped/log.txt)"
     expect_status 0 tephra run --restart stopped
     tail -n 1 one/energy.csv | cut -d, -f4-6 >a; tail -n 1 stopped/energy.csv | cut -d, -f4-6 >b
     paste -d, a b | awk -F, '{ for (i = 1; i <= 3; i++) { d = $i - $(i + 3); if (d * d > 1e-6 * $i * $i) exit 1 } }' ||
