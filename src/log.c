@@ -46,7 +46,8 @@ static void write_line(const char *prefix, const char *format, va_list arguments
 void log_open(const char *path, bool append)
 {
     log_close();
-    FILE *file = fopen(path, append ? "a" : "w");
+    /* One rank empties it: another, a little later, would take away what stands there already. */
+    FILE *file = fopen(path, append || comm_rank() > 0 ? "a" : "w");
     if (!file) fail(STATUS_ENVIRONMENT, "%s: cannot be written: %s", path, strerror(errno));
     pthread_mutex_lock(&state.lock);
     state.file = file;
