@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Direct sums: in float relative to each group's centre with promoted sums (solver direct), and in
  * double, for references and for `precision: double`. */
+#include "sum.h"
 #include "walk.h"
 #include <math.h>
 
@@ -96,6 +97,7 @@ void gravity_direct_rows(const struct sim *sim, const struct gravity *g, const s
 
 static void direct_double(struct sim *sim, struct gravity *g, enum gravity_output output)
 {
+    struct sum bound = {0, 0};
     g->pairs = g->cells = 0;
     for_species(sim, s) {
         double (*sum)[4] = mem_alloc("gravity", (size_t)s->n_active * sizeof *sum);
@@ -104,10 +106,12 @@ static void direct_double(struct sim *sim, struct gravity *g, enum gravity_outpu
             int64_t i = s->active[a];
             for (int k = 0; k < 3 && output == OUTPUT_FORCE; k++) s->acc[i][k] += (float)sum[a][k];
             if (sim->want_potential || output == OUTPUT_POTENTIAL) s->pot[i] = (float)sum[a][3];
+            sum_add(&bound, s->mass[i] * sum[a][3]);
         }
         for_species(sim, other) g->pairs += s->n_active * other->n;
         mem_free(sum);
     }
+    g->bound = sum_value(&bound);   /* of all own rows, where all are active: when energies are recorded */
 }
 
 void gravity_direct(struct sim *sim, struct gravity *g, enum gravity_output output)

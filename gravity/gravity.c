@@ -155,6 +155,17 @@ static void check_settings(struct sim *sim, struct gravity *g)
         problems_add(&sim->problems, "gravity.tolerance: only the fmm opens by an error (solver: fmm)");
 }
 
+void gravity_leave_forces(struct sim *sim, struct gravity *g)
+{
+    g->left = true;
+    if (g->solver != SOLVER_DIRECT && g->solver != SOLVER_AUTO)
+        problems_add(&sim->problems, "gravity.solver: the integrator sums directly: direct or auto");
+    if (g->softening_kernel == KERNEL_SPLINE)
+        problems_add(&sim->problems, "gravity.softening_kernel: the integrator needs plummer, whose derivatives it has");
+    g->solver = SOLVER_DIRECT;
+    g->precision = PRECISION_DOUBLE;
+}
+
 static void declare(struct sim *sim, void *state)
 {
     struct gravity *g = state;
@@ -248,6 +259,7 @@ static void learn(struct sim *sim, struct gravity *g)
 static void force(struct sim *sim, void *state)
 {
     struct gravity *g = state;
+    if (g->left) return;
     learn(sim, g);
     struct gravity_sample *sample = gravity_check_due(sim, g) ? gravity_check_begin(sim, g) : NULL;
     compute(sim, g, OUTPUT_FORCE);
@@ -267,8 +279,9 @@ static void potential(struct sim *sim, void *state)
 
 static void energy(struct sim *sim, void *state, struct energy_sink *sink)
 {
-    (void)state;
-    for_species(sim, s) sink->add(sink, "potential", 0.5 * energy_of_rows(s, s->pot));
+    const struct gravity *g = state;
+    if (g->precision == PRECISION_DOUBLE) sink->add(sink, "potential", 0.5 * g->bound);
+    else for_species(sim, s) sink->add(sink, "potential", 0.5 * energy_of_rows(s, s->pot));
 }
 
 /* Rows that no smoothing length limits (collisionless ones): free fall over their softening length. */
@@ -277,7 +290,7 @@ static void reason(const struct sim *sim, const void *state, const struct specie
     (void)sim;
     const struct gravity *g = state;
     double eps = isnan(g->softening_of[s->kind]) ? g->softening : g->softening_of[s->kind];
-    if (s->h || !(eps > 0)) return;
+    if (s->h || g->left || !(eps > 0)) return;
     const float *acc = s->acc[i];
     double size = sqrt((double)acc[0] * (double)acc[0] + (double)acc[1] * (double)acc[1] + (double)acc[2] * (double)acc[2]);
     double dt = g->time_step * sqrt(2 * eps / size);
@@ -331,7 +344,7 @@ static void warn(struct sim *sim, void *state)
     const struct gravity *g = state;
     for_species(sim, s) {
         double eps = isnan(g->softening_of[s->kind]) ? g->softening : g->softening_of[s->kind];
-        if (s->n > 1 && !s->h && !(eps > 0))
+        if (s->n > 1 && !s->h && !g->left && !(eps > 0))
             log_warning("gravity.softening of %s is 0: nothing but time.dt_max limits the steps of these rows, and close "
                         "pairs will gain energy; give a softening", species_names[s->kind]);
     }

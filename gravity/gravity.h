@@ -58,7 +58,12 @@ struct gravity {
     double measured;                /* 99th percentile of the error at the last self-check */
     struct direct_engine *engine;   /* on a device; made at the first force */
     int64_t pairs, cells;           /* interactions of the last force: rows, cells */
+    double bound;                   /* twice the potential energy of own rows, where it was summed in double */
+    bool left;                      /* the integrator sums the forces and sets the steps */
 };
+
+/* For integrators that sum forces themselves: this module computes potentials only, in double. Called in declare. */
+void gravity_leave_forces(struct sim *sim, struct gravity *g);
 
 static inline enum gravity_refinement gravity_refinement(const struct gravity *g)
 { return g->refined ? GRAVITY_REFINED : g->refinement; }

@@ -123,12 +123,26 @@ typedef void gravity_exact_sum(double sum[4], const double target[4], const stru
 struct gravity_exact_table { gravity_exact_sum *sum[GRAVITY_FORMS]; };
 extern const struct gravity_exact_table gravity_exact_table_v2, gravity_exact_table_v3, gravity_exact_table_v4;
 
+/* Rows of all species in double, predicted to now, in code units: masses times G, soft as for pairs. From n on, up to a
+ * multiple of the lanes, rows without mass. */
+struct hermite_rows {
+    int64_t n;
+    double *pos[3], *vel[3], *acc[3], *jerk[3], *mass, *soft;
+};
+/* Sets sum[3 d + k], derivative d of the acceleration along k, by the sources from (a multiple of the lanes) to `to`;
+ * target: pos, vel, acc, jerk, soft. A row that is its own source adds nothing. */
+typedef void hermite_sum(double *sum, const double target[13], const struct hermite_rows *s, int64_t from, int64_t to);
+/* [a softening may be zero][derivatives - 2] */
+struct hermite_table { hermite_sum *sum[2][3]; int lanes; };
+extern const struct hermite_table hermite_table_v2, hermite_table_v3, hermite_table_v4;
+
 struct gravity_kernels {
     int lanes;
     const struct gravity_pair_table *pair;
     const struct gravity_far_table *far;
     const struct gravity_exact_table *exact;
     const struct gravity_judge_table *judge;
+    const struct hermite_table *hermite;
 };
 const struct gravity_kernels *gravity_kernels_find(enum isa isa);
 

@@ -81,6 +81,25 @@ HD struct pair pair_spline(real r2, real mass, real support2)
     return p;
 }
 
+/* The first derivatives of the acceleration that a row at r = source - target feels, by those of r: with y = 1/sqrt(r.r plus
+ * the softening), rv = r.v, second = v.v + r.a and third = 3 v.a + r.j (a, j: accelerations and jerks, source less
+ * target), and each derivative from the one before (Nitadori & Makino 2008, New Astronomy 13, 498, in Horner's form):
+ *   A = pull r,  J = pull j',  S = pull s',  C = pull c',  where
+ *   j' = v - 3 alpha r,  s' = a - 6 alpha j' - 3 beta r,  c' = j - 9 alpha s' - 9 beta j' - 3 gamma r.
+ * derivatives: 2 to 4, how many of A, J, S, C are wanted; the factors of the others are not set. */
+struct pair_rates { real pull, alpha, beta, gamma; };
+
+HD struct pair_rates pair_rates(int derivatives, real y, real mass, real rv, real second, real third)
+{
+    real y2 = y * y;
+    struct pair_rates p;
+    p.pull = mass * (y * y2);
+    p.alpha = rv * y2;
+    if (derivatives > 2) p.beta = second * y2 + p.alpha * p.alpha;
+    if (derivatives > 3) p.gamma = third * y2 + p.alpha * (3 * p.beta - 4 * p.alpha * p.alpha);
+    return p;
+}
+
 HD struct pair pair_any(enum softening_form form, real r2, real mass, real soft2)
 {
     return form == SOFT_COMMON ? pair_newton(r2 + soft2, mass)

@@ -35,6 +35,12 @@
     COLUMN(age_paid, double,      , KEEP, "L V^-1",   "",                "age up to which the stars have returned what was due") \
     COLUMN(children, uint8_t,     , KEEP, "1",        "",                "rows that this one has given birth to") \
     COLUMN(collapse, float,       , KEEP, "L V^-1",   "",                "time for which the gas has been collapsing") \
+    COLUMN(acc_exact,double,   [3], KEEP, "V^2 L^-1", "",                "acceleration at the row's own time, in double, for Hermite's schemes") \
+    COLUMN(jerk,     double,   [3], KEEP, "V^3 L^-2", "",                "its first derivative in time") \
+    COLUMN(snap,     double,   [3], KEEP, "V^4 L^-3", "",                "its second derivative") \
+    COLUMN(crackle,  double,   [3], KEEP, "V^5 L^-4", "",                "its third derivative") \
+    COLUMN(pop,      double,   [3], KEEP, "V^6 L^-5", "",                "its fourth derivative") \
+    COLUMN(lock,     double,   [3], KEEP, "V^7 L^-6", "",                "its fifth derivative") \
     COLUMN(acc_old,  float,    [3], STEP, "V^2 L^-1", "",                "acceleration at the start of the step") \
     COLUMN(du_old,   float,       , STEP, "V^3 L^-1", "",                "du at the start of the step") \
     COLUMN(dt,       float,       , STEP, "L V^-1",   "",                "longest step that every module allows") \

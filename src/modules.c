@@ -5,7 +5,7 @@
 #include "module.h"
 
 #define MODULES(X) \
-    X(output) X(time) X(box) X(tree) X(leapfrog) X(pec) \
+    X(output) X(time) X(box) X(tree) X(leapfrog) X(pec) X(hermite4) X(hermite6) X(hermite8) \
     X(gravity) X(external) X(sph) X(clouds) X(star_formation) X(feedback) X(cooling) X(jeans) X(clumps) \
     X(ranks) X(steps)
 
@@ -16,7 +16,7 @@
 #define COMMANDS(X) \
     X(run) X(check) X(ics) X(force_test) X(info) X(compare) X(params) X(chart)
 
-#define CHARTS(X) X(cooling) X(gravity) X(group) X(sph) X(step) X(time)
+#define CHARTS(X) X(cooling) X(gravity) X(group) X(hermite) X(sph) X(step) X(time)
 
 #define DECLARE(name) extern const struct module name##_module;
 MODULES(DECLARE)

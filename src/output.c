@@ -9,6 +9,7 @@
 #include "mem.h"
 #include "module.h"
 #include "profile.h"
+#include "ranks.h"
 #include "signals.h"
 #include "snapshot.h"
 #include "steps.h"
@@ -111,6 +112,7 @@ static void refresh_potential(struct sim *sim)
     if (sim->fresh_potential) return;
     for (int u = 0; u < sim->n_use; u++)
         if (sim->use[u].module->potential) sim->use[u].module->potential(sim, sim->use[u].state);
+    ranks_share(sim, (uint64_t)1 << COLUMN_pot);    /* one rank writes the snapshot */
     sim->fresh_potential = true;
 }
 

@@ -66,6 +66,11 @@ static void check_names(struct sim *sim)
     const struct scene *scene = sim->scene;
     for (int b = 0; b < scene->n; b++)
         unknown(sim, scene->block[b].place, "block", scene->block[b].name, has_block);
+    for (int m = 0; module_list[m]; m++)
+        if (module_list[m]->kind == MODULE_INTEGRATOR && scene_find(scene, module_list[m]->name)
+            && !sim_state(sim, module_list[m]->name))
+            problems_add(&sim->problems, "%s: the block has a meaning only with time.integrator: %s",
+                         scene_place(scene, module_list[m]->name, NULL), module_list[m]->name);
     const char *integrator = scene_value(scene, "time", "integrator");
     if (integrator) unknown(sim, "time.integrator", "integrator", integrator, integrates);
     for (int u = 0; u < sim->n_use; u++)

@@ -20,6 +20,15 @@ typedef float span_memory __attribute__((vector_size(32), may_alias, aligned(4))
 typedef int32_t span_int __attribute__((vector_size(32)));
 typedef int32_t simd_int __attribute__((vector_size(32)));
 
+/* Doubles. */
+enum { WIDE = 4 };
+typedef double wide __attribute__((vector_size(32)));
+typedef double wide_memory __attribute__((vector_size(32), may_alias, aligned(8)));
+typedef int64_t wide_int __attribute__((vector_size(32)));
+/* Keeps -ffast-math from taking a product apart again. */
+HD wide wide_whole(wide x) { __asm__("" : "+x"(x)); return x; }
+HD wide wide_rsqrt(wide x) { return 1 / (wide)_mm256_sqrt_pd((__m256d)x); }
+
 #define SIMD_GUESS_ERROR 3.7e-4f    /* relative: 1.5 * 2^-12 */
 HD real real_rsqrt_guess(real x) { return (real)_mm256_rsqrt_ps((__m256)x); }
 HD real real_max(real a, real b) { return (real)_mm256_max_ps((__m256)a, (__m256)b); }

@@ -20,6 +20,20 @@ typedef float span_memory __attribute__((vector_size(32), may_alias, aligned(4))
 typedef int32_t span_int __attribute__((vector_size(32)));
 typedef int32_t simd_int __attribute__((vector_size(64)));
 
+/* Doubles. */
+enum { WIDE = 8 };
+typedef double wide __attribute__((vector_size(64)));
+typedef double wide_memory __attribute__((vector_size(64), may_alias, aligned(8)));
+typedef int64_t wide_int __attribute__((vector_size(64)));
+/* Keeps -ffast-math from taking a product apart again. */
+HD wide wide_whole(wide x) { __asm__("" : "+v"(x)); return x; }
+/* The guess, right to 2^-14, and the series of (1 - e)^(-1/2) for what is left: cheaper than a root and a division. */
+HD wide wide_rsqrt(wide x)
+{
+    wide y = (wide)_mm512_rsqrt14_pd((__m512d)x), e = 1 - x * (y * y);
+    return y + y * (e * (0.5 + e * (0.375 + e * 0.3125)));
+}
+
 #define SIMD_GUESS_ERROR 6.2e-5f    /* relative: 2^-14 */
 HD real real_rsqrt_guess(real x) { return (real)_mm512_rsqrt14_ps((__m512)x); }
 HD real real_max(real a, real b) { return (real)_mm512_max_ps((__m512)a, (__m512)b); }

@@ -21,7 +21,7 @@ static const struct param params[] = {
     {"end", PARAM_REAL, "time", NULL, 0, 0, NULL, "time at which the run ends", true,
      offsetof(struct time_block, end)},
     {"integrator", PARAM_TEXT, "", "leapfrog", 0, 0, NULL,
-     "leapfrog (kick-drift-kick) or pec (predictor-corrector)", false,
+     "leapfrog (kick-drift-kick), pec (predictor-corrector); hermite4, hermite6, hermite8: direct N-body", false,
      offsetof(struct time_block, integrator)},
     {"evaluations", PARAM_COUNT, "", "1", 1, 2, NULL,
      "pec: forces a step; the second, at the corrected state, serves as the next start value", false,

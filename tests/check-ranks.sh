@@ -29,6 +29,11 @@ expect_status 0 tephra run "$scene" $small $other --out modern
 expect_status 0 mpirun -n 3 --oversubscribe tephra run "$scene" $small $other --out modern3
 same modern/snapshot_002.hdf5 modern3/snapshot_002.hdf5
 
+# An integrator whose potentials are computed when they are written.
+expect_status 0 tephra run "$scene" $small --set time.integrator=pec --out pec
+expect_status 0 mpirun -n 2 --oversubscribe tephra run "$scene" $small --set time.integrator=pec --out pec2
+same pec/snapshot_002.hdf5 pec2/snapshot_002.hdf5
+
 # A mistake is told once and ends all ranks with the same status.
 expect_status 2 mpirun -n 2 --oversubscribe tephra run "$scene" --set sph.neigbours=40 --out bad
 [ "$(grep -c 'did you mean' err)" -eq 1 ] || fail "the message stands $(grep -c 'did you mean' err) times"

@@ -1,0 +1,64 @@
+#!/bin/sh
+# SPDX-License-Identifier: GPL-3.0-or-later
+# Hermite's schemes in whole runs: order of convergence, bound pairs, the same bits on threads, ranks and after a
+# restart, block steps, and what they refuse.
+. "$TEPHRA_SOURCE/tests/lib.sh"
+cluster=$TEPHRA_SOURCE/ics/cluster.yml
+last() { tail -n 1 "$1/energy.csv" | awk -F, "{ print \$8 < 0 ? -\$8 : \$8 }"; }     # |E - E(0)|/|E(0)| at the end
+# slope A B FACTOR: log(A/B)/log(FACTOR)
+slope() { awk -v a="$1" -v b="$2" -v f="$3" 'BEGIN { print log(a / b) / log(f) }'; }
+between() { awk -v x="$1" -v a="$2" -v b="$3" 'BEGIN { exit !(x >= a && x <= b) }' || fail "$4: $1 is not between $2 and $3"; }
+
+# Common steps of a softened cluster: the largest energy error goes as dt^order.
+largest() { awk -F, 'NR > 1 { e = $8 < 0 ? -$8 : $8; if (e > most) most = e } END { print most }' "$1/energy.csv"; }
+run_fixed() {
+    expect_status 0 tephra run "$cluster" --set start.n=64 --set gravity.softening=0.5 --set time.integrator=hermite$1 \
+        --set "hermite$1={eta: 10}" --set time.steps=common --set time.end=4 --set output.snapshot_every=0.25 \
+        --set output.picture_every=4 --set time.dt_max=$2 --out $3 --threads 1
+}
+for case in "4 0.03125 0.0078125" "6 0.125 0.03125" "8 0.125 0.03125"; do
+    set -- $case
+    run_fixed $1 $2 coarse$1; run_fixed $1 $3 fine$1
+    got=$(slope "$(largest coarse$1)" "$(largest fine$1)" 4)
+    echo "order $1: energy errors $(largest coarse$1), $(largest fine$1): slope $got"
+    between "$got" "$(awk -v p=$1 'BEGIN { print p - 0.3 }')" "$(awk -v p=$1 'BEGIN { print p + 0.5 }')" "order $1"
+done
+
+# A bound pair, 10 orbits of eccentricity 0.9: doc/manual/hermite.md has the boundaries.
+for case in "4 0.005 3e-6" "4 0.01 3e-5" "6 0.5 1e-4" "8 0.75 1e-4"; do
+    set -- $case
+    expect_status 0 tephra run "$TEPHRA_SOURCE/ics/kepler.yml" --set start.eccentricity=0.9 --set gravity.softening=0 \
+        --set time.integrator=hermite$1 --set "hermite$1={eta: $2}" --out pair$1-$2 --threads 1
+    echo "pair, order $1, eta $2: $(last pair$1-$2)"
+    between "$(last pair$1-$2)" 0 "$3" "pair of order $1, eta $2"
+done
+
+# Defaults, steps of their own.
+small="--set start.n=500 --set time.end=0.25"
+for order in 4 6 8; do
+    expect_status 0 tephra run "$cluster" $small --set time.integrator=hermite$order --out own$order --threads 1
+    between "$(last own$order)" 0 1e-7 "defaults of order $order"
+done
+expect_status 0 tephra run "$cluster" $small --set time.integrator=hermite6 --out threads --threads 2
+same own6/snapshot_002.hdf5 threads/snapshot_002.hdf5
+if command -v mpirun >/dev/null && ! tephra --version | grep -q 'MPI *no'; then
+    expect_status 0 tephra run "$cluster" $small --set time.integrator=hermite4 --set 'hermite4={iterations: 2}' --out one --threads 1
+    expect_status 0 mpirun -n 3 --oversubscribe tephra run "$cluster" $small --set time.integrator=hermite4 \
+        --set 'hermite4={iterations: 2}' --out three --threads 1
+    same one/snapshot_002.hdf5 three/snapshot_002.hdf5
+fi
+long="--set start.n=500 --set time.end=0.25 --set output.checkpoint_every=0.125 --set time.integrator=hermite8"
+expect_status 0 tephra run "$cluster" $long --out whole --threads 1
+expect_status 0 tephra run "$cluster" $long --set time.end=0.125 --out half --threads 1
+expect_status 0 tephra run --restart half --set time.end=0.25 --threads 1
+same whole/snapshot_002.hdf5 half/snapshot_002.hdf5
+
+# Refused, and told why.
+expect_status 2 tephra check "$cluster" --set gravity.solver=tree;               expect_text 'direct or auto' err
+expect_status 2 tephra check "$cluster" --set gravity.softening_kernel=spline;   expect_text 'needs plummer' err
+expect_status 2 tephra check "$cluster" --set 'hermite6={eta: 1}'
+expect_text 'only with time.integrator: hermite6' err
+expect_status 2 tephra check "$TEPHRA_SOURCE/ics/evrard.yml" --set time.integrator=hermite4
+expect_text 'without derivatives' err
+expect_status 2 tephra check "$cluster" --set time.integrator=hermite5;          expect_text 'hermite4' err
+finish
