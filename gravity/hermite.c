@@ -74,7 +74,8 @@ static void declare(struct sim *sim, struct hermite *h, int p)
     }
     for (int u = 0; u < sim->n_use; u++) {
         const struct module *module = sim->use[u].module;
-        if (module->kind == MODULE_BLOCK && module->hook[HOOK_FORCE] && sim->use[u].state != h->gravity)
+        bool pushes = module->hook[HOOK_FORCE] || module->hook[HOOK_SOURCE] || module->hook[HOOK_EVENT];
+        if (module->kind == MODULE_BLOCK && pushes && sim->use[u].state != h->gravity)
             problems_add(&sim->problems, "time.integrator: hermite%d cannot be used with the block \"%s\", whose forces come "
                          "without derivatives", 2 * p, module->name);
     }
@@ -123,8 +124,10 @@ static void make_room(const struct sim *sim, struct hermite *h)
         h->rows.mass = at;
         h->rows.soft = at + h->capacity;
     }
-    memset(h->room, 0, (size_t)(COLUMNS * h->capacity) * sizeof(double));
-    for (int64_t i = n; i < h->capacity; i++) h->rows.soft[i] = 1;
+    for (int64_t i = n; i < h->capacity; i++) {
+        for (int c = 0; c < COLUMNS; c++) h->room[c * h->capacity + i] = 0;
+        h->rows.soft[i] = 1;
+    }
     if (active > h->room_active) {
         h->room_active = active;
         h->target = mem_resize("hermite", h->target, (size_t)active * sizeof *h->target);
@@ -137,15 +140,17 @@ static void make_room(const struct sim *sim, struct hermite *h)
         for (int64_t a = 0; a < s->n_active; a++) h->target[h->n++] = (int32_t)(h->base[s->kind] + s->active[a]);
 }
 
-/* t: from the row's state to now. */
-static void stage_row(const struct hermite *h, const struct species *s, int64_t i, double t, int derivatives)
+/* t: from the row's state to now; n: derivatives it keeps, a literal where this is called. */
+static inline void stage_row(const struct hermite *h, const struct species *s, int64_t i, double t, int n, int derivatives)
 {
     const struct hermite_rows *rows = &h->rows;
-    const int n = hermite_kept(h->p);
     const int64_t to = h->base[s->kind] + i;
     for (int k = 0; k < 3; k++) {
-        double d[2 + HERMITE_DERIVATIVES] = {s->pos[i][k], s->vel[i][k]};
-        for (int m = 0; m < n; m++) d[2 + m] = kept(s, m, i)[k];
+        double d[2 + HERMITE_DERIVATIVES] = {s->pos[i][k], s->vel[i][k], s->acc_exact[i][k], s->jerk[i][k]};
+        if (n > 2) d[4] = s->snap[i][k];
+        if (n > 3) d[5] = s->crackle[i][k];
+        if (n > 4) d[6] = s->pop[i][k];
+        if (n > 5) d[7] = s->lock[i][k];
         rows->pos[k][to] = hermite_taylor(d, n + 2, t);
         rows->vel[k][to] = hermite_taylor(d + 1, n + 1, t);
         if (derivatives > 2) rows->acc[k][to] = hermite_taylor(d + 2, n, t);
@@ -164,7 +169,11 @@ static void stage(const struct sim *sim, struct hermite *h, int derivatives, boo
             bool ends = timeline_active(&sim->time, s->rung[i]);
             double t = !ends ? timeline_lag(&sim->time, s->rung[i], s->rung0[i])
                      : corrected ? 0 : timeline_step(&sim->time, s->rung0[i]);
-            stage_row(h, s, i, t, derivatives);
+            switch (h->p) {
+            case 2: stage_row(h, s, i, t, hermite_kept(2), derivatives); break;
+            case 3: stage_row(h, s, i, t, hermite_kept(3), derivatives); break;
+            default: stage_row(h, s, i, t, hermite_kept(4), derivatives); break;
+            }
         }
     }
 }

@@ -36,8 +36,9 @@ static const double hermite_end[HERMITE_P_MAX + 1][HERMITE_P_MAX][2][HERMITE_P_M
 /* Taylor's series of `terms` numbers d[0], d[1], ... to a time t later. */
 HD double hermite_taylor(const double *d, int terms, double t)
 {
+    static const double part[HERMITE_DERIVATIVES] = {1, 1, 1.0 / 2, 1.0 / 3, 1.0 / 4, 1.0 / 5, 1.0 / 6, 1.0 / 7};
     double sum = d[terms - 1];
-    for (int m = terms - 1; m > 0; m--) sum = d[m - 1] + t / m * sum;
+    for (int m = terms - 1; m > 0; m--) sum = d[m - 1] + t * part[m] * sum;
     return sum;
 }
 

@@ -129,7 +129,7 @@ struct hermite_rows {
     int64_t n;
     double *pos[3], *vel[3], *acc[3], *jerk[3], *mass, *soft;
 };
-/* Sets sum[3 d + k], derivative d of the acceleration along k, by the sources from (a multiple of the lanes) to `to`;
+/* Derivative d of the acceleration along axis k into entry 3 d + k, by the sources `from` (a multiple of the lanes) to `to`;
  * target: pos, vel, acc, jerk, soft. A row that is its own source adds nothing. */
 typedef void hermite_sum(double *sum, const double target[13], const struct hermite_rows *s, int64_t from, int64_t to);
 /* [a softening may be zero][derivatives - 2] */
