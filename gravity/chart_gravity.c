@@ -219,7 +219,8 @@ static void study_set(struct chart_sheet *sheet, const struct chart_gravity *c, 
     sim_free(s.sim);
     char *shells = mem_format("charts", "%s shells", set);
     const char *const error[] = {"rms", "p99", "max"};
-    for (int k = 0; k < 3 && (k == 1 || strcmp(set, "plummer") == 0); k++) {
+    for (int k = 0; k < 3; k++) {
+        if (k != 1 && strcmp(set, "plummer") != 0) continue;
         char *title = mem_format("charts", "%s, N = %lld: %s error", set, (long long)s.n, error[k]);
         chart_panel(sheet, &(struct chart_panel){.title = title, .x = "cpu", .y = error[k], .series = "method", .where = "set",
                                                  .is = set, .lines = true, .front = true});

@@ -52,19 +52,22 @@ HD simd_int judge_leaf(struct batch b)
 { return ((simd_int)b.field[N_CHILDREN] & 0xffff) == 0; }
 
 /* Error of the acceleration through the local expansion times d^2, against the tolerance: Dehnen
- * (2014), eq. 16: sum over k of binomial(P, k) |M_k| r^(P-k) / d^P; no dipole. */
-HD simd_int judge_local(struct batch b, const struct gravity_view *v, real unit1, real d2, int order)
+ * (2014), eq. 16: sum over k of binomial(P, k) |M_k| r^(P-k) / d^P; no dipole. *too_large: the target is, since
+ * the part of its size, that of k = 0, is beyond by itself. */
+HD simd_int judge_local(struct batch b, const struct gravity_view *v, real unit1, real d2, int order, simd_int *too_large)
 {
     real reach = b.field[REACH] * unit1, sum = reach + v->radius, edge = sum + v->support;
     simd_int fits = (sum * sum < v->theta2 * d2) & (edge * edge < d2) & (d2 >= v->near2)
                   & (v->radius * v->radius < v->theta2_target * d2);
     real y = real_root(real_max(d2, real_splat(REAL_FLOOR)));
     real t = v->radius * y, u = b.field[SCALE] * unit1 * y, power = u * u;
-    real error = b.field[MASS] * t * t + b.field[POWER] * power;
+    real error = b.field[MASS] * t * t + b.field[POWER] * power, size = b.field[MASS] * t * t;
     for (int k = 3; k <= order; k++) {
+        size *= t;
         power *= u;
         error = error * t + b.field[POWER + k - 2] * power;
     }
+    *too_large = ~(size < v->tolerance * d2);
     return fits & (error < v->tolerance * d2);
 }
 
@@ -98,15 +101,20 @@ HD simd_int judge_by_error(struct batch b, const struct gravity_view *v, int ord
 {
     real unit1 = real_splat((float)(1 / v->unit));
     real d2 = b.field[X] * b.field[X] + b.field[Y] * b.field[Y] + b.field[Z] * b.field[Z];
-    simd_int rest;
+    simd_int rest, too_large, local = judge_local(b, v, unit1, d2, order, &too_large);
+    if (v->no_local) {
+        local = judge_all(0);
+        too_large = ~local;
+    }
     if (v->group) {
-        rest = judge_choose(judge_leaf(b), judge_all(GRAVITY_NEAR), judge_all(GRAVITY_OPEN));
+        rest = judge_choose(too_large, judge_all(GRAVITY_OPEN_FAR), judge_all(GRAVITY_OPEN));
+        rest = judge_choose(judge_leaf(b), judge_all(GRAVITY_NEAR), rest);
         rest = judge_choose(judge_cell(b, v, unit1, judge_box(b, v)), judge_all(GRAVITY_FAR), rest);
     } else {
         simd_int open = (b.field[REACH] * unit1 > v->open_ratio * v->radius) & ~judge_leaf(b);
         rest = judge_choose(open, judge_all(GRAVITY_OPEN), judge_all(GRAVITY_WAIT));
     }
-    return judge_choose(judge_local(b, v, unit1, d2, order), judge_all(GRAVITY_LOCAL), rest);
+    return judge_choose(local, judge_all(GRAVITY_LOCAL), rest);
 }
 
 /* The side of the cube within the cell's sphere over the distance, for every group in the target. */

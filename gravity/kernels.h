@@ -48,6 +48,7 @@ enum gravity_verdict {
     GRAVITY_NEAR,               /* its rows act on the rows of the group */
     GRAVITY_WAIT,               /* handed down to the target's children; of a group: itself */
     GRAVITY_OPEN,               /* its children are judged instead */
+    GRAVITY_OPEN_FAR,           /* its children too, but none goes into the local expansion */
     GRAVITY_VERDICTS
 };
 /* A target cell and its bounds for accepting a source. Floats are in units of `unit`. */
@@ -55,6 +56,7 @@ struct gravity_view {
     double centre[3], unit;
     int32_t cell;
     int32_t group;              /* 0 or 1 */
+    int32_t no_local;           /* 0 or 1: the target is too large for a local expansion of these sources */
     float half[3], radius;      /* of its box */
     float tolerance;            /* largest error of one cell */
     float quadrupole;           /* |M_2| is this times power[0] */

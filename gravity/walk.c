@@ -7,7 +7,9 @@
  *   fmm:  accepted cells go into the target's local expansion, which is passed down; opening by the
  *         error it makes against the least acceleration in the target (Dehnen 2014, section 3). A
  *         cell refused that way may still act on the rows of a group: summed over the many cells of
- *         a dense region, the local expansions of a large sparse group err with one sign.
+ *         a dense region, the local expansions of a large sparse group err with one sign. Opening such
+ *         a source would only let each of its pieces pass with the same error of the target's size in
+ *         all: what is within it acts on the rows.
  * A task is a cell with its path from the root walked anew, so that every group sees the same lists
  * in the same order whatever the number of threads and ranks, and whichever rows are active. */
 #include "walk.h"
@@ -63,17 +65,17 @@ static bool is_inside(const struct walk *w, int32_t s, int32_t target)
 }
 
 /* The children of these cells are judged next; but a group waits whole for itself. */
-static void open_parents(struct walk *w, const struct gravity_view *v)
+static void open_parents(struct walk *w, const struct gravity_view *v, const struct list *parents, struct list *opened)
 {
-    for (int64_t i = 0; i < w->parents.n; i++) {
-        const int32_t s = w->parents.item[i];
+    for (int64_t i = 0; i < parents->n; i++) {
+        const int32_t s = parents->item[i];
         const struct gravity_cell *cell = &w->g->cell[s];
         if (cell->group && is_inside(w, s, v->cell)) {
             if (s != v->cell) list_add(&w->waiting, s);
             continue;
         }
-        list_reserve(&w->opened, w->opened.n + cell->n_children);
-        for (int c = 0; c < cell->n_children; c++) w->opened.item[w->opened.n++] = cell->child + c;
+        list_reserve(opened, opened->n + cell->n_children);
+        for (int c = 0; c < cell->n_children; c++) opened->item[opened->n++] = cell->child + c;
     }
 }
 
@@ -81,11 +83,11 @@ static void open_parents(struct walk *w, const struct gravity_view *v)
  * since verdicts cannot be foretold. */
 static void judge(struct walk *w, const struct gravity_view *v, const struct list *list, int64_t from, int64_t n)
 {
-    struct list *const out[GRAVITY_VERDICTS] = {&w->local, &w->far, &w->near, &w->waiting, &w->parents};
+    struct list *const out[GRAVITY_VERDICTS] = {&w->local, &w->far, &w->near, &w->waiting, &w->parents, &w->parents_far};
     const struct gravity_judge_table *table = w->g->kernels->judge;
     int32_t *item[GRAVITY_VERDICTS];
     int64_t count[GRAVITY_VERDICTS];
-    w->parents.n = 0;
+    w->parents.n = w->parents_far.n = 0;
     list_reserve(&w->verdict, n + GRAVITY_LANES_MAX);
     for (int k = 0; k < GRAVITY_VERDICTS; k++) {
         list_reserve(out[k], out[k]->n + n);
@@ -97,20 +99,30 @@ static void judge(struct walk *w, const struct gravity_view *v, const struct lis
         (w->verdict.item, v, w->g->cell, source, n);
     for (int64_t i = 0; i < n; i++) item[verdict[i]][count[verdict[i]]++] = source[i];
     for (int k = 0; k < GRAVITY_VERDICTS; k++) out[k]->n = count[k];
-    open_parents(w, v);
+    open_parents(w, v, &w->parents, &w->opened);
+    open_parents(w, v, &w->parents_far, &w->opened_far);
+}
+
+/* Judges a list that grows meanwhile. */
+static void judge_opened(struct walk *w, const struct gravity_view *v, const struct list *opened)
+{
+    for (int64_t done = 0; done < opened->n;) {
+        int64_t n = opened->n - done;
+        judge(w, v, opened, done, n);
+        done += n;
+    }
 }
 
 /* Judges waiting[from, to) and whatever is opened on the way; what is left waits behind `to`. */
 static void judge_all(struct walk *w, const struct gravity_view *v, int64_t from, int64_t to)
 {
-    w->local.n = w->near.n = w->opened.n = 0;
+    w->local.n = w->near.n = w->opened.n = w->opened_far.n = 0;
     w->waiting.n = to;
     judge(w, v, &w->waiting, from, to - from);
-    for (int64_t done = 0; done < w->opened.n;) {
-        int64_t n = w->opened.n - done;
-        judge(w, v, &w->opened, done, n);
-        done += n;
-    }
+    judge_opened(w, v, &w->opened);
+    struct gravity_view far = *v;
+    far.no_local = 1;
+    judge_opened(w, &far, &w->opened_far);
 }
 
 static struct gravity_far far_of(const struct walk *w, const struct gravity_view *v, const struct list *list)

@@ -29,7 +29,7 @@ struct walk {
     double theta, alpha;        /* of the opening, scaled */
     float quadrupole;           /* |M_2| is this times power[0] */
     struct list waiting;        /* a stack: sources handed down, level below level */
-    struct list parents, opened, local, near, far;   /* of the present target; `far` is a stack too */
+    struct list parents, parents_far, opened, opened_far, local, near, far;   /* of the present target; `far` is a stack too */
     struct list verdict;        /* one a source being judged */
     struct list path;           /* from the task to the root */
     struct gravity_targets targets;
