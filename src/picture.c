@@ -104,13 +104,12 @@ static void fill_map(const struct picture *picture, struct panel *panel, double 
     double (*at)[2] = project(picture, panel);
     float *h = has_kernel(table) ? NULL : mem_array("pictures", float, table->n);
     if (h) surface_smoothing((const double (*)[2])at, table->n, h);
-    for (int64_t i = 0; i < table->n; i++)
-        if (isfinite(at[i][0] + at[i][1]))
-            surface_add(surface, at[i], h ? (double)h[i] : (double)table->h[i] * scale, table->mass[i],
-                        value ? (double)value[i] : 0);
+    const struct surface_rows rows = {table->n, (const double (*)[2])at, h ? h : table->h, h ? 1 : scale, table->mass, value};
+    surface_add(surface, &rows);
     const float (*cell)[2] = surface_finish(surface);
     const float per_area = (float)(mass_unit * scale * scale);
     panel->shown = pixel_row();
+#pragma omp parallel for
     for (int i = 0; i < PIXELS; i++) {
         panel->shown[i] = log10f(cell[i][0] * per_area);
         if (average) average[i] = log10f(cell[i][1] / cell[i][0]);
@@ -174,19 +173,16 @@ static void fill_maps(const struct sim *sim, const struct picture *picture, stru
 
 /* --- colour ranges --- */
 
-static int by_value(const void *a, const void *b)
-{
-    const float *left = a, *right = b;
-    return (*left > *right) - (*left < *right);
-}
+/* Half decades, from HALVES/2 of them below 1: the logarithm of any float has a place. */
+enum { HALVES = 256 };
 
-/* The value, in ascending order, below which pixels with that part of the mass lie. */
-static double mass_quantile(const float *value, int n, double part)
+/* The half decade in which the sum of these parts, from below, reaches `share` of the whole. */
+static double half_decade(const double part[HALVES], double share)
 {
     double total = 0, sum = 0;
-    for (int i = 0; i < n; i++) total += pow(10, (double)value[i]);
-    for (int i = 0; i < n; i++)
-        if ((sum += pow(10, (double)value[i])) >= part * total) return (double)value[i];
+    for (int k = 0; k < HALVES; k++) total += part[k];
+    for (int k = 0; k < HALVES; k++)
+        if ((sum += part[k]) >= share * total && sum > 0) return 0.5 * (k - HALVES / 2);
     return 0;
 }
 
@@ -196,21 +192,19 @@ static void widen_range(struct picture *picture, int p, const struct panel *pane
 {
     const double decades = 5, thin = 0.002, lowest = 0.01;
     const bool is_mass = panel->mass == panel->shown;
-    float *value = pixel_row();
-    int n = 0;
-    for (int i = 0; i < PIXELS; i++)
-        if (isfinite(panel->shown[i]) && (is_mass || (double)panel->mass[i] > picture->range[0].low))
-            value[n++] = panel->shown[i];
-    qsort(value, (size_t)n, sizeof *value, by_value);
-    double low = n == 0 ? 0 : is_mass ? mass_quantile(value, n, thin) : (double)value[(int)(lowest * n)];
-    double high = n == 0 ? 0 : (double)value[n - 1];
-    low = floor(2 * low) / 2;
-    high = fmax(ceil(2 * high) / 2, low + 0.5);
+    double part[HALVES] = {0}, high = -INFINITY;
+    for (int i = 0; i < PIXELS; i++) {
+        const double value = (double)panel->shown[i];
+        if (!isfinite(value) || !(is_mass || (double)panel->mass[i] > picture->range[0].low)) continue;
+        part[HALVES / 2 + (int)floor(2 * value)] += is_mass ? pow(10, value) : 1;
+        high = fmax(high, value);
+    }
+    double low = half_decade(part, is_mass ? thin : lowest);
+    high = isfinite(high) ? fmax(ceil(2 * high) / 2, low + 0.5) : low + 0.5;
     const bool first = picture->range[p].high <= picture->range[p].low;
     picture->range[p].high = first ? high : fmax(high, picture->range[p].high);
     picture->range[p].low = first ? low : fmin(low, picture->range[p].low);
     picture->range[p].low = fmax(picture->range[p].low, picture->range[p].high - decades);
-    mem_free(value);
 }
 
 /* Two views of the same rows have the same colours. */
@@ -232,6 +226,7 @@ static void draw_map(struct canvas *canvas, int p, const struct picture *picture
     const bool is_mass = panel->mass == panel->shown;
     const double low = picture->range[p].low, high = picture->range[p].high;
     const double faintest = picture->range[is_mass ? p : 0].low;
+#pragma omp parallel for
     for (int j = 0; j < SURFACE_SIZE; j++)
         for (int i = 0; i < SURFACE_SIZE; i++) {
             const int pixel = i + SURFACE_SIZE * (SURFACE_SIZE - 1 - j);

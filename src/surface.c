@@ -5,6 +5,7 @@
 #include "surface.h"
 #include "mem.h"
 #include <math.h>
+#include <omp.h>
 
 enum { LEVELS = 7, TABLE = 1024, STEPS = 64 };
 static const double widest = 8, narrowest = 2;  /* radius of the support on its level, in pixels */
@@ -53,26 +54,41 @@ static void span(double at, double radius, int size, int range[2])
     range[1] = (int)fmax(fmin(floor(at + radius - 0.5), size - 1), -1);
 }
 
-void surface_add(struct surface *surface, const double at[2], double h, double mass, double value)
+/* Lines `first`, first + stride, ... of the pixels that a row covers. */
+struct lines { int first, stride; };
+
+static void add_row(struct surface *surface, const struct surface_rows *rows, int64_t n, struct lines lines)
 {
-    double radius = fmax(2 * h, narrowest);
+    const double *at = rows->at[n], radius = fmax(2 * (double)rows->h[n] * rows->h_unit, narrowest);
     int l = 0, size = SURFACE_SIZE, x[2], y[2];
     double pixel = 1;
-    const float scale = (float)(4 * mass / (radius * radius));     /* mass / h^2 */
+    const float scale = (float)(4 * rows->mass[n] / (radius * radius));     /* mass / h^2 */
     for (; l < LEVELS - 1 && radius >= widest * pixel; l++, size /= 2) pixel *= 2;
     span(at[0] / pixel, radius / pixel, size, x);
     span(at[1] / pixel, radius / pixel, size, y);
-    const float entries = (float)(TABLE * pixel * pixel / (radius * radius)), weight = (float)value;
-    for (int j = y[0]; j <= y[1]; j++) {
-        float (*row)[2] = surface->level[l] + (int64_t)j * size;
+    const float entries = (float)(TABLE * pixel * pixel / (radius * radius)), weight = rows->value ? rows->value[n] : 0;
+    const int skip = (lines.first - y[0] % lines.stride + lines.stride) % lines.stride;
+    for (int j = y[0] + skip; j <= y[1]; j += lines.stride) {
+        float (*line)[2] = surface->level[l] + (int64_t)j * size;
         float dy = (float)(j + 0.5 - at[1] / pixel), left = (float)(0.5 - at[0] / pixel);
         for (int i = x[0]; i <= x[1]; i++) {
             float dx = (float)i + left, entry = (dx * dx + dy * dy) * entries;
             if (entry >= TABLE) continue;
             float share = scale * surface->column[(int)entry];
-            row[i][0] += share;
-            row[i][1] += share * weight;
+            line[i][0] += share;
+            line[i][1] += share * weight;
         }
+    }
+}
+
+/* Each thread lays all rows, onto lines of its own. */
+void surface_add(struct surface *surface, const struct surface_rows *rows)
+{
+#pragma omp parallel if (rows->n > 1)
+    {
+        const struct lines lines = {omp_get_thread_num(), omp_get_num_threads()};
+        for (int64_t n = 0; n < rows->n; n++)
+            if (isfinite(rows->at[n][0] + rows->at[n][1])) add_row(surface, rows, n, lines);
     }
 }
 
@@ -80,6 +96,7 @@ void surface_add(struct surface *surface, const double at[2], double h, double m
 static void refine(const float (*coarse)[2], float (*fine)[2], int size)
 {
     const int half = size / 2;
+#pragma omp parallel for if (size > 100)
     for (int j = 0; j < size; j++) {
         int near_row = j / 2, far_row = j % 2 ? near_row + 1 : near_row - 1;
         far_row = far_row < 0 ? 0 : far_row >= half ? half - 1 : far_row;

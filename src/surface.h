@@ -9,8 +9,10 @@ enum { SURFACE_SIZE = 704 };    /* pixels a side: 11 * 2^6, so that it can be ha
 
 struct surface *surface_new(void);
 void surface_free(struct surface *surface);
-/* x, y, h: position and smoothing length in pixels; value: what is averaged by mass. */
-void surface_add(struct surface *surface, const double at[2], double h, double mass, double value);
+/* n rows: positions in pixels (rows at no finite place are left out), smoothing lengths in pixels over h_unit, masses,
+ * and what is averaged by mass (NULL: 0). Every pixel adds up the rows in their order, on any number of threads. */
+struct surface_rows { int64_t n; const double (*at)[2]; const float *h; double h_unit; const double *mass; const float *value; };
+void surface_add(struct surface *surface, const struct surface_rows *rows);
 /* After the last row. Pixel i + SURFACE_SIZE * j holds {mass per pixel, mass times value}. */
 const float (*surface_finish(struct surface *surface))[2];
 

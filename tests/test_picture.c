@@ -8,6 +8,7 @@
 #include "picture.h"
 #include "surface.h"
 #include <math.h>
+#include <omp.h>
 #include <png.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -26,6 +27,13 @@ static double sum(const float (*cell)[2], int k)
     return total;
 }
 
+/* One row. */
+static void lay(struct surface *surface, double x, double y, double h, double mass, float value)
+{
+    const double at[1][2] = {{x, y}};
+    surface_add(surface, &(struct surface_rows){1, at, (const float[]){1}, h, &mass, &value});
+}
+
 /* From far below a pixel to a third of the map: the mass stays, on whichever level it is laid. */
 static void test_mass_is_kept(void **state)
 {
@@ -35,7 +43,7 @@ static void test_mass_is_kept(void **state)
         const int rows = 50;
         srand48(1);
         for (int i = 0; i < rows; i++)
-            surface_add(surface, (double[2]){352 + 20 * drand48(), 352 + 20 * drand48()}, h, 2, 3);
+            lay(surface, 352 + 20 * drand48(), 352 + 20 * drand48(), h, 2, 3);
         const float (*cell)[2] = surface_finish(surface);
         double mass = sum(cell, 0), value = sum(cell, 1);
         if (fabs(mass - 2 * rows) > 0.02 * 2 * rows) fail_msg("h = %g pixels: mass %g of %d", h, mass, 2 * rows);
@@ -51,7 +59,7 @@ static void test_kernel_shape(void **state)
     static const double widths[] = {3, 11, 40, 100};
     for (int w = 0; w < 4; w++) {
         struct surface *surface = surface_new();
-        surface_add(surface, (double[2]){352.5, 352.5}, widths[w], 1, 0);
+        lay(surface, 352.5, 352.5, widths[w], 1, 0);
         const float (*cell)[2] = surface_finish(surface);
         double centre = (double)cell[352 * SURFACE_SIZE + 352][0] * widths[w] * widths[w];
         int outside = 352 + (int)(2.5 * widths[w]);
@@ -65,12 +73,44 @@ static void test_rows_outside(void **state)
 {
     (void)state;
     struct surface *surface = surface_new();
-    surface_add(surface, (double[2]){-1e9, 5}, 1, 1, 0);
-    surface_add(surface, (double[2]){1e300, -1e300}, 1e5, 1, 0);
-    surface_add(surface, (double[2]){-3, 352}, 4, 1, 0);   /* reaches in */
+    lay(surface, -1e9, 5, 1, 1, 0);
+    lay(surface, 1e300, -1e300, 1e5, 1, 0);
+    lay(surface, NAN, 352, 4, 1, 0);
+    lay(surface, -3, 352, 4, 1, 0);     /* reaches in */
     double mass = sum(surface_finish(surface), 0);
     assert_true(mass > 0.05 && mass < 0.5);
     surface_free(surface);
+}
+
+/* Threads share the lines, not the rows: any number of them sums in the same order. */
+static void test_threads(void **state)
+{
+    (void)state;
+    enum { N = 3000 };
+    double (*at)[2] = mem_alloc("test", N * sizeof *at), *mass = mem_array("test", double, N);
+    float *h = mem_array("test", float, N);
+    srand48(5);
+    for (int i = 0; i < N; i++) {
+        for (int k = 0; k < 2; k++) at[i][k] = SURFACE_SIZE * (1.2 * drand48() - 0.1);
+        h[i] = (float)exp(5 * drand48());
+        mass[i] = drand48();
+    }
+    const struct surface_rows rows = {N, (const double (*)[2])at, h, 1, mass, h};
+    const int before = omp_get_max_threads();
+    struct surface *surface[3];
+    const float (*map[3])[2];
+    for (int t = 0; t < 3; t++) {
+        omp_set_num_threads(1 + 2 * t);
+        surface[t] = surface_new();
+        surface_add(surface[t], &rows);
+        map[t] = surface_finish(surface[t]);
+        assert_memory_equal(map[0], map[t], SURFACE_SIZE * SURFACE_SIZE * sizeof *map[0]);
+    }
+    omp_set_num_threads(before);
+    for (int t = 0; t < 3; t++) surface_free(surface[t]);
+    mem_free(at);
+    mem_free(mass);
+    mem_free(h);
 }
 
 /* A uniform sheet: 64 rows within 2h. */
@@ -245,7 +285,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_mass_is_kept), cmocka_unit_test(test_kernel_shape),    cmocka_unit_test(test_rows_outside),
-        cmocka_unit_test(test_smoothing),    cmocka_unit_test(test_text),            cmocka_unit_test(test_colours),
+        cmocka_unit_test(test_threads), cmocka_unit_test(test_smoothing),    cmocka_unit_test(test_text),            cmocka_unit_test(test_colours),
         cmocka_unit_test(test_pictures),     cmocka_unit_test(test_isothermal),      cmocka_unit_test(test_nothing_to_show),
         cmocka_unit_test(test_cannot_write),
     };
