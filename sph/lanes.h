@@ -8,7 +8,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-enum { SPH_LANES = 8, SPH_TILE = 4096 };
+enum { SPH_LANES = 8, SPH_TILE = 4096, SPH_BLOCK = 16, SPH_BLOCKS = SPH_TILE / SPH_BLOCK };
 
 /* A squared distance that no row has; infinity is not to be had under -ffast-math. */
 #define SPH_FAR 3e38f
@@ -29,6 +29,10 @@ struct sph_tile {
     uint16_t list[SPH_TILE + 16];   /* the filter writes a vector at a time */
     float r2[SPH_TILE][SPH_LANES];
     int n;
+    /* Boxes of SPH_BLOCK entries that follow each other, and which, in the order of the rows, lie near each other;
+     * blocks = 0: not made. */
+    float block_centre[3][SPH_BLOCKS], block_half[3][SPH_BLOCKS], block_reach[SPH_BLOCKS];
+    int blocks;
 };
 
 struct sph_box { float centre[3], half[3]; };
@@ -53,6 +57,8 @@ typedef void sph_force_loop(const struct sph_lanes *i, const struct sph_tile *ti
 typedef void sph_search_loop(const struct sph_lanes *i, struct sph_tile *tile, int n, struct sph_search *search);
 
 struct sph_loops {
+    /* Makes the tile's blocks, so that many clusters can be filtered faster. */
+    void (*enclose)(struct sph_tile *tile);
     /* Entries of the tile within rows + max(least, their tile->reach) of the box go to tile->list; their number. */
     int (*filter)(struct sph_tile *tile, struct sph_box box, float rows, float least);
     /* Of these, the entries that meet at least one of the lanes stay listed; their number. tile->reach: other h_j. */

@@ -22,23 +22,91 @@ HD real outside(real x, float centre, float half)
     return real_max(away, real_splat(0));
 }
 
-/* Many entries at a time; those beyond tile->n are staged before (see lanes.h) and not taken. */
+/* A pair must not be lost by rounding: what a row finds would depend on the others in its cluster. */
+static const float rounding = 1.00001f;
+
+/* Squared distance of places from a box; both may have an extent. */
+HD real gap2(const struct sph_box *box, real x, real y, real z, const real half[3])
+{
+    real dx = outside(x, box->centre[0], box->half[0]) - half[0];
+    real dy = outside(y, box->centre[1], box->half[1]) - half[1];
+    real dz = outside(z, box->centre[2], box->half[2]) - half[2];
+    dx = real_max(dx, real_splat(0));
+    dy = real_max(dy, real_splat(0));
+    dz = real_max(dz, real_splat(0));
+    return dx * dx + dy * dy + dz * dz;
+}
+
+/* Lists the entries [from, to) near the box, many at a time, behind n others. */
+HD int take(struct sph_tile *tile, const struct sph_box *box, float rows, float least, int from, int to, int n)
+{
+    for (int j = from; j < to; j += LANES) {
+        real x = outside(simd_load(tile->x + j), box->centre[0], box->half[0]);
+        real y = outside(simd_load(tile->y + j), box->centre[1], box->half[1]);
+        real z = outside(simd_load(tile->z + j), box->centre[2], box->half[2]);
+        real r = real_max(simd_load(tile->reach + j), real_splat(least)) + rows;
+        n += simd_pack(tile->list + n, x * x + y * y + z * z <= r * r, j);
+    }
+    return n;
+}
+
+/* Blocks near the box. */
+static int near_blocks(const struct sph_tile *tile, const struct sph_box *box, float rows, float least, uint16_t *near)
+{
+    int n = 0;
+    for (int b = 0; b < tile->blocks; b += LANES) {
+        const real half[3] = {simd_load(tile->block_half[0] + b), simd_load(tile->block_half[1] + b),
+                              simd_load(tile->block_half[2] + b)};
+        real r2 = gap2(box, simd_load(tile->block_centre[0] + b), simd_load(tile->block_centre[1] + b),
+                       simd_load(tile->block_centre[2] + b), half);
+        real r = real_max(simd_load(tile->block_reach + b), real_splat(least)) + rows;
+        n += simd_pack(near + n, r2 <= rounding * r * r, b);
+    }
+    while (n > 0 && near[n - 1] >= tile->blocks) n--;
+    return n;
+}
+
+/* Entries beyond tile->n are staged before (see lanes.h) and not taken. */
 static int filter(struct sph_tile *tile, struct sph_box box, float rows, float least)
 {
     int n = 0;
-    for (int j = 0; j < tile->n; j += LANES) {
-        real x = outside(simd_load(tile->x + j), box.centre[0], box.half[0]);
-        real y = outside(simd_load(tile->y + j), box.centre[1], box.half[1]);
-        real z = outside(simd_load(tile->z + j), box.centre[2], box.half[2]);
-        real r = real_max(simd_load(tile->reach + j), real_splat(least)) + rows;
-        n += simd_pack(tile->list + n, x * x + y * y + z * z <= r * r, j);
+    if (tile->blocks > 0) {
+        uint16_t near[SPH_BLOCKS + 16];
+        const int blocks = near_blocks(tile, &box, rows, least, near);
+        for (int k = 0; k < blocks; k++) n = take(tile, &box, rows, least, near[k] * SPH_BLOCK, (near[k] + 1) * SPH_BLOCK, n);
+    } else {
+        n = take(tile, &box, rows, least, 0, tile->n, 0);
     }
     while (n > 0 && tile->list[n - 1] >= tile->n) n--;
     return n;
 }
 
-/* A pair must not be lost by rounding: what a row finds would depend on the others in its cluster. */
-static const float rounding = 1.00001f;
+/* The last block is filled up with its last entry. */
+static void enclose(struct sph_tile *tile)
+{
+    float *const x[3] = {tile->x, tile->y, tile->z};
+    tile->blocks = (tile->n + SPH_BLOCK - 1) / SPH_BLOCK;
+    for (int j = tile->n; j < tile->blocks * SPH_BLOCK; j++) {
+        for (int k = 0; k < 3; k++) x[k][j] = x[k][tile->n - 1];
+        tile->reach[j] = tile->reach[tile->n - 1];
+    }
+    for (int b = 0; b < tile->blocks; b++) {
+        const float *reach = tile->reach + b * SPH_BLOCK;
+        float most = 0;
+        for (int j = 0; j < SPH_BLOCK; j++) most = larger(most, reach[j]);
+        tile->block_reach[b] = most;
+        for (int k = 0; k < 3; k++) {
+            const float *at = x[k] + b * SPH_BLOCK;
+            float low = at[0], high = at[0];
+            for (int j = 0; j < SPH_BLOCK; j++) {
+                low = smaller(low, at[j]);
+                high = larger(high, at[j]);
+            }
+            tile->block_centre[k][b] = 0.5f * (low + high);
+            tile->block_half[k][b] = 0.5f * (high - low) + 2.4e-7f * larger(fabsf(low), fabsf(high));
+        }
+    }
+}
 
 /* The lanes in SPANS vectors. */
 enum { SPANS = SPH_LANES / SPAN };
@@ -304,7 +372,7 @@ SMOOTH(smooth_c4, SPH_WENDLAND_C4)
 #define FORCES(name) {{force_##name, force_##name##_signal}, {force_##name##_h, force_##name##_h_signal}}
 
 const struct sph_loops SIMD_NAME(sph_loops) = {
-    .filter = filter, .prune = prune, .search_exact = search_exact,
+    .enclose = enclose, .filter = filter, .prune = prune, .search_exact = search_exact,
     .search_smooth = {smooth_cubic, smooth_c2, smooth_c4},
     .density = {DENSITIES(cubic), DENSITIES(c2), DENSITIES(c4)},
     .force = {FORCES(cubic), FORCES(c2), FORCES(c4)},

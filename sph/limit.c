@@ -101,6 +101,7 @@ static void compare_tile(struct sph_work *work, const struct sim *sim, const str
 {
     const uint8_t *rung = sph->next_rung;
     const struct sph_meet meet = work->meet;
+    sph_enclose(sph, work, work->tile.n > 0 ? rows.n : 0);
     for (int r = 0; work->tile.n > 0 && r < rows.n; r += SPH_LANES) {
         struct sph_region cluster = {rows.row + r, rows.n - r < SPH_LANES ? rows.n - r : SPH_LANES};
         struct sph_lanes lanes;

@@ -34,6 +34,7 @@ static int meet_cluster(const struct visit *v, struct sph_region cluster, struct
 static void density_chunk(const struct visit *v, void *all)
 {
     struct sph_density_sums *sums = all;
+    sph_enclose(v->sph, v->work, v->rows.n);
     for (int c = 0; c * SPH_LANES < v->rows.n; c++) {
         struct sph_lanes lanes;
         int n = meet_cluster(v, cluster_of(v->rows, c * SPH_LANES), &lanes);
@@ -86,6 +87,7 @@ static void force_chunk(const struct visit *v, void *all)
                                        sph->equation == SPH_ENERGY};
     sph_force_loop *force = sph->loops->force[sph->kernel][sph->grad_h][sph->viscosity];
     sph_stage_state(v->work, v->sim, sph);
+    sph_enclose(sph, v->work, v->rows.n);
     for (int c = 0; c * SPH_LANES < v->rows.n; c++) {
         struct sph_region cluster = cluster_of(v->rows, c * SPH_LANES);
         struct sph_lanes lanes;

@@ -179,6 +179,7 @@ static void search_rows(const struct seeker *s, struct wish *wish, int n, bool f
         if (first) sph_keep_list(s->sph, s->work, s->sim, s->batch);
         else mark_stale(s);
         int kept = 0;
+        sph_enclose(s->sph, s->work, n);
         for (int w = 0; w < n; w += SPH_LANES)
             kept += search_cluster(s, wish + w, n - w < SPH_LANES ? n - w : SPH_LANES, wish + kept);
         n = kept;

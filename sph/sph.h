@@ -104,6 +104,13 @@ static inline bool sph_is_beyond(const struct sph_rungs *rungs, int32_t row)
 bool sph_nearest(const struct sph_work *work, const struct sim *sim);
 /* Stages the rows listed, in a box their nearest images. */
 void sph_stage(struct sph_work *work, const struct sim *sim, const int32_t *row, int n);
+/* After staging, for a region of `rows` rows: blocks of the tile, if they pay. */
+static inline void sph_enclose(const struct sph *sph, struct sph_work *work, int rows)
+{
+    enum { FEW = 4 * SPH_LANES };
+    work->tile.blocks = 0;
+    if (rows > FEW) sph->loops->enclose(&work->tile);
+}
 /* Adds what the force needs to the staged rows. */
 void sph_stage_state(struct sph_work *work, const struct sim *sim, const struct sph *sph);
 /* Up to SPH_LANES rows into lanes; returns their box. */
