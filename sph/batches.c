@@ -6,9 +6,16 @@
 #include <omp.h>
 #include <string.h>
 
-/* Candidates that the arena has room for: of a gas row, twice what all rows together have at a group size of 512; of an
- * active row that is alone in its group, as many neighbours. */
-enum { ROW_CANDIDATES = 6, LONE_CANDIDATES = 4 };
+/* What there is room for, of a gas row: runs of candidates, of which all rows together have 0.9 at a group size of 512,
+ * and entries that its cluster meets, of which they have 17 with 50 neighbours; of an active row that is alone in its
+ * group, as many neighbours. */
+enum { ROW_RUNS = 1, ROW_MET = 16, LONE_RUNS = 2, LONE_MET = 4 };
+
+static int64_t room(const struct sph *sph, const struct species *gas, int row, int lone)
+{
+    int64_t whole = gas->n * row, alone = gas->n_active * lone * sph->neighbours;
+    return alone < whole ? alone : whole;
+}
 
 static void make_groups(const struct sim *sim, struct sph *sph)
 {
@@ -28,10 +35,11 @@ static void reserve(const struct sim *sim, struct sph *sph)
             sph->work[sph->n_work]->meet = sph->meet;
         }
     }
-    int64_t whole = gas->n * ROW_CANDIDATES, lone = gas->n_active * LONE_CANDIDATES * sph->neighbours;
     sph_drop_lists(sph);
-    sph->arena_size = lone < whole ? lone : whole;
-    sph->arena = mem_array("sph", int32_t, sph->arena_size);
+    sph->arena_size = room(sph, gas, ROW_RUNS, LONE_RUNS);
+    sph->arena = mem_array("sph", struct sph_run, sph->arena_size);
+    sph->met_size = room(sph, gas, ROW_MET, LONE_MET);
+    sph->met = mem_array("sph", uint16_t, sph->met_size);
     sph->arena_used = 0;
     sph->batch = mem_resize("sph", sph->batch, (size_t)sph_most_batches(sph, gas->n_active) * sizeof *sph->batch);
 }
@@ -77,18 +85,55 @@ void sph_make_batches(struct sim *sim, struct sph *sph)
         make_groups(sim, sph);
     reserve(sim, sph);
     sph->n_batches = sph_divide(sim, sph, gas->active, gas->n_active, sph->batch);
+    int32_t clusters = 0;
+    for (int32_t b = 0; b < sph->n_batches; b++) {
+        sph->batch[b].cluster = clusters;
+        clusters += (sph->batch[b].count + SPH_LANES - 1) / SPH_LANES;
+    }
+    sph->cluster = mem_resize("sph", sph->cluster, (size_t)clusters * sizeof *sph->cluster);
+}
+
+/* Runs of rows that follow each other. */
+static int64_t count_runs(const int32_t *row, int n)
+{
+    int64_t runs = n > 0;
+    for (int k = 1; k < n; k++) runs += row[k] != row[k - 1] + 1;
+    return runs;
 }
 
 void sph_keep_list(struct sph *sph, const struct sph_work *work, const struct sim *sim, struct sph_batch *batch)
 {
-    int64_t at, n = work->tile.n;
     if (!sph_nearest(work, sim)) return;
+    int64_t at, n = count_runs(work->row, work->tile.n);
 #pragma omp atomic capture
     { at = sph->arena_used; sph->arena_used += n; }
     if (at + n > sph->arena_size) return;
-    memcpy(sph->arena + at, work->row, (size_t)n * sizeof *sph->arena);
+    struct sph_run *run = sph->arena + at - 1;
+    for (int k = 0; k < work->tile.n; k++) {
+        if (k == 0 || work->row[k] != work->row[k - 1] + 1) *++run = (struct sph_run){work->row[k], 0};
+        run->n++;
+    }
     batch->list = at;
     batch->n_list = (int32_t)n;
+}
+
+int sph_list_rows(struct sph_work *work, const struct sph *sph, const struct sph_batch *batch, const struct sph_rungs *beyond)
+{
+    int n = 0;
+    for (const struct sph_run *run = sph->arena + batch->list; run < sph->arena + batch->list + batch->n_list; run++)
+        for (int32_t i = run->first; i < run->first + run->n; i++)
+            if (!beyond || sph_is_beyond(beyond, i)) work->row[n++] = i;
+    return n;
+}
+
+struct sph_met sph_keep_met(struct sph *sph, const struct sph_tile *tile, int n)
+{
+    int64_t at;
+#pragma omp atomic capture
+    { at = sph->met_used; sph->met_used += n; }
+    if (at + n > sph->met_size) return (struct sph_met){0, -1};
+    memcpy(sph->met + at, tile->list, (size_t)n * sizeof *sph->met);
+    return (struct sph_met){at, n};
 }
 
 int32_t sph_batch_at(const struct sim *sim, const struct sph *sph, int32_t row)
@@ -105,11 +150,13 @@ int32_t sph_batch_at(const struct sim *sim, const struct sph *sph, int32_t row)
 
 void sph_drop_lists(struct sph *sph)
 {
-    mem_free(sph->arena);
-    mem_free(sph->batch);
+    void *const lists[] = {sph->arena, sph->met, sph->cluster, sph->batch};
+    for (size_t l = 0; l < sizeof lists / sizeof *lists; l++) mem_free(lists[l]);
     sph->arena = NULL;
+    sph->met = NULL;
+    sph->cluster = NULL;
     sph->batch = NULL;
-    sph->arena_size = 0;
+    sph->arena_size = sph->met_size = 0;
     sph->n_batches = 0;
 }
 

@@ -122,13 +122,10 @@ static void compare_batch(struct sph_work *work, const struct sim *sim, const st
     const struct sph_region rows = {row + batch->first, batch->count};
     const struct sph_rungs even = even_with(rows, sph->next_rung);
     if (batch->list >= 0) {
-        const int32_t *list = sph->arena + batch->list;
-        int n = 0;
-        for (int32_t k = 0; k < batch->n_list; k++)
-            if (sph_is_beyond(&even, list[k])) work->row[n++] = list[k];
+        int n = sph_list_rows(work, sph, batch, &even);
         if (n == 0) return;
         sph_centre(work, sim, batch->node, rows);
-        sph_stage(work, sim, work->row, n);
+        sph_stage(work, sim, n);
         compare_tile(work, sim, sph, rows, wishes);
         return;
     }

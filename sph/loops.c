@@ -2,7 +2,7 @@
  * DENSITY and FORCE: batches in parallel, chunks of a batch's neighbours if they are too many for a
  * tile, clusters of a batch's rows. A row's sums run over its neighbours in row order, so they do not
  * depend on the number of threads. The rows that a batch may meet were listed by the search for h; where
- * the arena had no room, or a row outside grew beyond what the list allows for, the walk is done again. */
+ * * the arena had no room, or a row outside grew beyond what the list allows for, the walk is done again. */
 #include "sph.h"
 #include <omp.h>
 #include <string.h>
@@ -21,12 +21,16 @@ static struct sph_region cluster_of(struct sph_region rows, int from)
     return (struct sph_region){rows.row + from, rows.n - from < SPH_LANES ? rows.n - from : SPH_LANES};
 }
 
-/* Rows of a cluster into lanes, what they may meet into the tile's list; the length of that. */
-static int meet_cluster(const struct visit *v, struct sph_region cluster, struct sph_lanes *lanes)
+/* Rows of a cluster into lanes, what they meet into the tile's list; the length of that. */
+static int meet_cluster(const struct visit *v, struct sph_region cluster, struct sph_lanes *lanes, const struct sph_met *met)
 {
     const struct sph_meet meet = v->sph->meet;
-    float h = sph_largest_h(v->sim, cluster);
     struct sph_box box = sph_lanes_fill(lanes, v->work, v->sim, cluster);
+    if (met && met->n >= 0) {
+        memcpy(v->work->tile.list, v->sph->met + met->at, (size_t)met->n * sizeof *v->sph->met);
+        return met->n;
+    }
+    float h = sph_largest_h(v->sim, cluster);
     int n = v->sph->loops->filter(&v->work->tile, box, meet.own * h, meet.least * h);
     return v->sph->loops->prune(lanes, &v->work->tile, n, meet);
 }
@@ -34,10 +38,12 @@ static int meet_cluster(const struct visit *v, struct sph_region cluster, struct
 static void density_chunk(const struct visit *v, void *all)
 {
     struct sph_density_sums *sums = all;
+    const struct sph_met none = {0, -1};
     sph_enclose(v->sph, v->work, v->rows.n);
     for (int c = 0; c * SPH_LANES < v->rows.n; c++) {
         struct sph_lanes lanes;
-        int n = meet_cluster(v, cluster_of(v->rows, c * SPH_LANES), &lanes);
+        int n = meet_cluster(v, cluster_of(v->rows, c * SPH_LANES), &lanes, NULL);
+        v->sph->cluster[v->batch->cluster + c] = v->batch->list >= 0 ? sph_keep_met(v->sph, &v->work->tile, n) : none;
         v->sph->loops->density[v->sph->kernel][v->sph->grad_h](&lanes, &v->work->tile, n, &sums[c]);
     }
 }
@@ -58,7 +64,7 @@ static void for_chunks(struct visit *v, void (*chunk)(const struct visit *, void
     struct sph_batch *batch = v->batch;
     sph_centre(v->work, v->sim, batch->node, v->rows);
     if (batch->list >= 0) {
-        sph_stage(v->work, v->sim, v->sph->arena + batch->list, batch->n_list);
+        sph_stage(v->work, v->sim, sph_list_rows(v->work, v->sph, batch, NULL));
         chunk(v, sums);
         return;
     }
@@ -86,12 +92,13 @@ static void force_chunk(const struct visit *v, void *all)
     const struct sph_viscosity visc = {(float)sph->alpha, (float)sph->beta, (float)sph->epsilon,
                                        sph->equation == SPH_ENERGY};
     sph_force_loop *force = sph->loops->force[sph->kernel][sph->grad_h][sph->viscosity];
+    const bool kept = sph->cluster[v->batch->cluster + (v->rows.n - 1) / SPH_LANES].n >= 0;
     sph_stage_state(v->work, v->sim, sph);
-    sph_enclose(sph, v->work, v->rows.n);
+    sph_enclose(sph, v->work, kept ? 0 : v->rows.n);
     for (int c = 0; c * SPH_LANES < v->rows.n; c++) {
         struct sph_region cluster = cluster_of(v->rows, c * SPH_LANES);
         struct sph_lanes lanes;
-        int n = meet_cluster(v, cluster, &lanes);
+        int n = meet_cluster(v, cluster, &lanes, &sph->cluster[v->batch->cluster + c]);
         sph_lanes_state(&lanes, v->sim, sph, cluster);
         force(&lanes, &v->work->tile, n, visc, &sums[c]);
     }
@@ -130,6 +137,7 @@ static void for_batches(struct sim *sim, struct sph *sph, void (*work)(struct vi
 void sph_density(struct sim *sim, void *state)
 {
     struct sph *sph = state;
+    sph->met_used = 0;
     sph_fit_h_max(sim);
     for_batches(sim, sph, density_batch);
 }

@@ -23,8 +23,14 @@ enum sph_viscosity_kind { SPH_MONAGHAN, SPH_SIGNAL };
 enum sph_strength { SPH_CONSTANT, SPH_SHOCKS };
 
 /* Rows [first, first + count) of the gas' active list; the rows that they may meet in the arena, or
- * list = -1. stale: a row outside found an h that the list did not allow for. */
-struct sph_batch { int32_t node, first, count, n_list; int64_t list; bool stale; };
+ * list = -1. stale: a row outside found an h that the list did not allow for. cluster: number of its first cluster. */
+struct sph_batch { int32_t node, first, count, n_list, cluster; int64_t list; bool stale; };
+
+/* Rows [first, first + n): a list is n_list of these, since rows in reach mostly follow each other. */
+struct sph_run { int32_t first, n; };
+
+/* What a cluster meets: n entries of its batch's list, from `at` of sph->met on; n = -1: not kept. */
+struct sph_met { int64_t at; int32_t n; };
 
 /* What one thread works with. */
 struct sph_work {
@@ -53,8 +59,11 @@ struct sph {
     int64_t grouped;                /* tick of the tree that the groups are of */
     struct sph_batch *batch;
     int32_t n_batches;
-    int32_t *arena;
+    struct sph_run *arena;
     int64_t arena_size, arena_used;
+    struct sph_met *cluster;        /* found by DENSITY, serves FORCE too */
+    uint16_t *met;
+    int64_t met_size, met_used;
     uint8_t *next_rung;             /* LIMIT: what every row's rung is about to be */
     bool unforeseen;                /* an h of this step is larger than any list allows for */
     int64_t retries;                /* rows whose search for h had to look further, since the start */
@@ -70,6 +79,8 @@ void sph_drop_lists(struct sph *sph);
 void sph_free_batches(struct sph *sph);
 /* Keeps the tile's rows as the list of the batch, if the arena has room. */
 void sph_keep_list(struct sph *sph, const struct sph_work *work, const struct sim *sim, struct sph_batch *batch);
+/* Keeps the n entries that a cluster meets, listed in the tile, if there is room. */
+struct sph_met sph_keep_met(struct sph *sph, const struct sph_tile *tile, int n);
 /* The first batch that ends at a row or after it (n_batches: none). */
 int32_t sph_batch_at(const struct sim *sim, const struct sph *sph, int32_t row);
 /* The cell whose gas rows are the group that a row belongs to. */
@@ -102,8 +113,10 @@ static inline bool sph_is_beyond(const struct sph_rungs *rungs, int32_t row)
 { return rungs->of[row] < rungs->low || rungs->of[row] > rungs->high; }
 /* Whether each row of the tile is the image nearest to the centre, so that a list of rows tells them all. */
 bool sph_nearest(const struct sph_work *work, const struct sim *sim);
-/* Stages the rows listed, in a box their nearest images. */
-void sph_stage(struct sph_work *work, const struct sim *sim, const int32_t *row, int n);
+/* Stages the n rows that stand in work->row, in a box their nearest images. */
+void sph_stage(struct sph_work *work, const struct sim *sim, int n);
+/* The rows of the batch's list, of those beyond these rungs (NULL: all), go to work->row; their number. */
+int sph_list_rows(struct sph_work *work, const struct sph *sph, const struct sph_batch *batch, const struct sph_rungs *beyond);
 /* After staging, for a region of `rows` rows: blocks of the tile, if they pay. */
 static inline void sph_enclose(const struct sph *sph, struct sph_work *work, int rows)
 {

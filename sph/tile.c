@@ -254,13 +254,12 @@ static void choose_image(struct sph_work *work, const struct sim *sim, int32_t i
         work->origin[k] = work->centre[k] - box_shift(&sim->box, k, pos[k] - work->centre[k]);
 }
 
-void sph_stage(struct sph_work *work, const struct sim *sim, const int32_t *row, int n)
+void sph_stage(struct sph_work *work, const struct sim *sim, int n)
 {
     bool closed = box_closed(&sim->box);
     for (int k = 0; k < n; k++) {
-        if (closed) choose_image(work, sim, row[k]);
-        put_place(&work->tile, k, place_row(work, sim, row[k]), work->meet.other);
-        work->row[k] = row[k];
+        if (closed) choose_image(work, sim, work->row[k]);
+        put_place(&work->tile, k, place_row(work, sim, work->row[k]), work->meet.other);
     }
     for (int k = 0; k < 3; k++) work->origin[k] = work->centre[k];
     work->tile.n = n;
