@@ -41,8 +41,8 @@ static inline double timeline_lag(const struct timeline *t, int rung, int rung0)
 /* Length of the step that ends now for an active row; 0 at the very start. */
 static inline double timeline_step(const struct timeline *t, int rung0)
 { return t->tick == 0 ? 0.0 : timeline_seconds(t, t->tick - timeline_began(t, rung0)); }
-/* The highest rung not above RUNG_TOP whose step divides the tick and lasts at most dt; -1 if even
- * one tick is longer than dt. */
+/* The highest rung not above RUNG_TOP whose step divides the tick and lasts at most dt, to the rounding of a float; -1
+ * if even one tick is longer than dt. */
 int timeline_rung(const struct timeline *t, double dt);
 /* All rows are synchronous now. */
 static inline bool timeline_synchronous(const struct timeline *t)

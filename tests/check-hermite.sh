@@ -33,6 +33,12 @@ for case in "4 0.005 3e-6" "4 0.01 3e-5" "6 0.5 1e-4" "8 0.75 1e-4"; do
     between "$(last pair$1-$2)" 0 "$3" "pair of order $1, eta $2"
 done
 
+# Steps grow again after a close passage, whatever the longest step is.
+expect_status 0 tephra run "$TEPHRA_SOURCE/ics/kepler.yml" --set start.eccentricity=0.9 --set gravity.softening=0 \
+    --set time.integrator=hermite4 --set output.snapshot_every=62.831853071795862 --set output.picture_every=1e3 --out grow
+steps=$(sed -n 's/^\([0-9]*\) steps, .*/\1/p' grow/log.txt)
+between "$steps" 3000 6000 "steps of ten orbits"
+
 # Defaults, steps of their own.
 small="--set start.n=500 --set time.end=0.25"
 for order in 4 6 8; do
