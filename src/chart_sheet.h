@@ -5,7 +5,7 @@
 #include "chart.h"
 #include <stdio.h>
 
-enum { CHART_COLUMNS = 24, CHART_PANELS = 8 };
+enum { CHART_COLUMNS = 24, CHART_PANELS = 16 };
 
 /* The last column of every file says where a row is from. */
 struct chart_cells { char *cell[CHART_COLUMNS]; bool cited; };
