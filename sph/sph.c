@@ -69,6 +69,22 @@ static const struct param params[] = {
 
 static const struct sph_loops *const loops[N_ISA] = {&sph_loops_v2, &sph_loops_v3, &sph_loops_v4};
 
+/* Keys that would be read and then ignored. */
+static void check_meaning(struct sim *sim, const struct sph *sph)
+{
+    const struct { bool ignored; const char *key, *needs; } rule[] = {
+        {sim->time.classic, "courant", "time.criterion: signal"},
+        {sim->time.classic, "acceleration", "time.criterion: signal"},
+        {sph->strength == SPH_CONSTANT, "alpha_min", "sph.strength: shocks"},
+        {!sph->balsara, "balsara_epsilon", "sph.balsara: on"},
+        {sph->eos != SPH_ADIABATIC, "gamma", "sph.eos: adiabatic"},
+    };
+    for (size_t r = 0; r < sizeof rule / sizeof *rule; r++)
+        if (rule[r].ignored && param_chosen(sim->scene, "sph", params, rule[r].key))
+            problems_add(&sim->problems, "%s: sph.%s has a meaning only with %s", scene_place(sim->scene, "sph", rule[r].key),
+                         rule[r].key, rule[r].needs);
+}
+
 /* What does not go together. */
 static void check_values(struct sim *sim, const struct sph *sph)
 {
@@ -105,6 +121,7 @@ static void declare(struct sim *sim, void *state)
         species_need(gas, COLUMN_du);
     }
     check_values(sim, sph);
+    check_meaning(sim, sph);
     sim->energy_open = sph->eos != SPH_ADIABATIC;   /* what keeps the temperature takes energy away */
     tree_need(&sim->tree, NODE_h_max, 1);
     tree_need_leaf(&sim->tree, LEAF_ROWS);

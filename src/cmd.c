@@ -7,6 +7,7 @@
 #include "mem.h"
 #include "module.h"
 #include "start.h"
+#include <errno.h>
 #include <getopt.h>
 #include <glob.h>
 #include <math.h>
@@ -14,6 +15,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 enum { SET = 1, OUT, RESTART, DEVICE, FORCE, THREADS, MAX_WALL, SAMPLE, REPEAT, ISA };
@@ -126,6 +128,20 @@ struct sim *cmd_sim(struct scene *scene)
     start_load(sim);
     problems_report(&sim->problems);
     return sim;
+}
+
+void cmd_check_writable(const char *path, const char *option)
+{
+    if (comm_rank() != 0) return;
+    struct stat status;
+    char *probe = mem_format("files", "%s.tmp", path);
+    bool folder = stat(path, &status) == 0 && S_ISDIR(status.st_mode);
+    FILE *file = folder ? NULL : fopen(probe, "a");
+    if (!file) fail(STATUS_INPUT, "%s: cannot be written: %s (%s names another)", path,
+                    folder ? "it is a folder" : strerror(errno), option);
+    fclose(file);
+    unlink(probe);
+    mem_free(probe);
 }
 
 void cmd_remove_files(const char *folder, const char *pattern)

@@ -6,6 +6,7 @@
 #include "comm.h"
 #include "mem.h"
 #include "module.h"
+#include "text_file.h"
 #include <errno.h>
 #include <string.h>
 #include <unistd.h>
@@ -89,24 +90,22 @@ static int chart_run_command(int argc, char **argv)
     struct chart_sheet *sheet = chart_sheet_new(chart);
     const char *given = read_arguments(sheet, &options);
     char *file = given ? mem_text("charts", given) : mem_format("charts", "%s.csv", chart->name);
-    char *picture = picture_path(file), *unfinished = mem_format("charts", "%s.tmp", file);
+    char *picture = picture_path(file);
     if (!options.force) {
         refuse_existing(file);
         refuse_existing(picture);
     }
-    FILE *stream = fopen(unfinished, "w");      /* before the work: it may take hours */
-    if (!stream) fail(STATUS_INPUT, "%s: cannot be written: %s", unfinished, strerror(errno));
+    struct text_file text = text_file_open(file);   /* before the work: it may take hours */
+    if (!text.stream) fail(STATUS_INPUT, "%s: cannot be written: %s", file, strerror(errno));
     chart->make(sheet, sheet->state);
-    chart_sheet_write(sheet, stream);
-    bool written = fflush(stream) == 0 && fsync(fileno(stream)) == 0;
-    if (fclose(stream) != 0 || !written || rename(unfinished, file) != 0)
+    chart_sheet_write(sheet, text.stream);
+    if (!text_file_close(&text))
         fail(STATUS_ENVIRONMENT, "%s: cannot be written: %s", file, strerror(errno));
     chart_sheet_draw(sheet, picture);
     printf("%s\n%s\n", file, picture);
     chart_sheet_free(sheet);
     mem_free(file);
     mem_free(picture);
-    mem_free(unfinished);
     return STATUS_DONE;
 }
 

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * `tephra ics`: initial conditions into a file. The keys are those of the block `start`, as a scene
  * would write them; units.* say what they are measured in. */
+#include "cmd.h"
 #include "comm.h"
 #include "log.h"
 #include "mem.h"
@@ -38,6 +39,8 @@ static void set_key(struct scene *scene, const char *argument, struct problems *
         problems_add(problems, "%s: expects key=value; usage: tephra %s", argument, usage);
         return;
     }
+    if (strncmp(argument, "generator=", 10) == 0 || strncmp(argument, "start.generator=", 16) == 0)
+        problems_add(problems, "%s: the generator is named once, by the word after ics: tephra %s", argument, usage);
     char *assignment = mem_format("scene", "%s%s", has_block ? "" : "start.", argument);
     scene_set(scene, assignment, problems);
     mem_free(assignment);
@@ -86,6 +89,7 @@ static int ics_run(int argc, char **argv)
     struct problems problems = {0};
     struct scene *scene = scene_of(argc, argv, &out, &problems);
     problems_report(&problems);
+    cmd_check_writable(out, "-o");
     struct sim *sim = sim_new(scene, SIM_START);
     problems_report(&sim->problems);
     box_read(sim);

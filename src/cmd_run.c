@@ -10,6 +10,7 @@
 #include "run.h"
 #include "signals.h"
 #include "start.h"
+#include "text_file.h"
 #include "version.h"
 #include <errno.h>
 #include <omp.h>
@@ -44,7 +45,8 @@ static char *default_folder(const char *scene)
 static void clear_folder(const char *folder)
 {
     const char *const kinds[] = {"used.yml", "log.txt", "energy.csv", "budget.csv", "profile.csv", "clumps_*.csv",
-                                 "snapshot_*.hdf5", "picture_*.png", "checkpoint*.hdf5", "stop"};
+                                 "snapshot_*.hdf5", "picture_*.png", "checkpoint*.hdf5", "stop",
+                                 "used.yml.tmp", "profile.csv.tmp", "snapshot_*.hdf5.tmp", "picture_*.png.tmp", "checkpoint*.hdf5.tmp"};
     log_warning("%s: taking away the files of the run before (--force)", folder);
     for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++) cmd_remove_files(folder, kinds[k]);
 }
@@ -78,18 +80,19 @@ static void spare_start_file(const struct sim *sim, const char *folder)
     mem_free(file);
 }
 
-/* Under a temporary name first: without a whole used.yml a run cannot be continued. */
-static void write_used(const struct sim *sim)
+/* Without a whole used.yml a run cannot be continued: a folder that has just been made goes again. */
+static void write_used(const struct sim *sim, bool fresh)
 {
     if (comm_rank() != 0) return;
-    char *path = text_join(sim->folder, "/used.yml"), *unfinished = text_join(path, ".tmp");
-    FILE *stream = fopen(unfinished, "w");
-    if (!stream) fail(STATUS_INPUT, "%s: cannot be written: %s", unfinished, strerror(errno));
-    sim_write_used(sim, stream);
-    bool written = fflush(stream) == 0 && fsync(fileno(stream)) == 0;
-    if (fclose(stream) != 0 || !written || rename(unfinished, path) != 0)
-        fail(STATUS_ENVIRONMENT, "%s: cannot be written: %s", path, strerror(errno));
-    mem_free(unfinished);
+    char *path = text_join(sim->folder, "/used.yml");
+    struct text_file file = text_file_open(path);
+    if (file.stream) sim_write_used(sim, file.stream);
+    if (!text_file_close(&file)) {
+        int why = errno;
+        if (fresh) cmd_remove_files(sim->folder, "log.txt");
+        if (fresh) rmdir(sim->folder);
+        fail(STATUS_ENVIRONMENT, "%s: cannot be written: %s", path, strerror(why));
+    }
     mem_free(path);
 }
 
@@ -147,7 +150,7 @@ static int fresh(const struct cmd_options *options)
     comm_barrier();
     sim->folder = folder;
     open_log(sim, false);
-    write_used(sim);
+    write_used(sim, true);
     int status = go(sim, options);
     mem_free(folder);
     return status;
@@ -168,15 +171,17 @@ static int again(const struct cmd_options *options)
     problems_report(&sim->problems);
     cmd_open_device(options, sim);
     sim_begin(sim);
+    problems_report(&sim->problems);
     sim->folder = folder;
     sim->started = sim->rebuild_next = true;
     output_advise(sim);
     energy_trim(sim, energies);
     energy_trim(sim, budget);
     open_log(sim, true);
-    write_used(sim);
+    bool finished = sim->time.tick >= sim->time.tick_end;
+    if (!finished) write_used(sim, false);
     log_line("going on from t = %g", timeline_now(&sim->time));
-    if (sim->time.tick >= sim->time.tick_end) log_line("the run is finished: nothing to do");
+    if (finished) log_line("the run is finished: nothing to do");
     int status = go(sim, options);
     char *const texts[] = {folder, used, checkpoint, energies, budget};
     for (int i = 0; i < 5; i++) mem_free(texts[i]);

@@ -164,6 +164,7 @@ void energy_trim(const struct sim *sim, const char *path)
         char *end;
         double t = strtod(line, &end);
         if (end != line && t > now + 1e-9 * fabs(now)) break;
+        if (line[strlen(line) - 1] != '\n') break;  /* cut short while it was written */
         keep = ftell(file);
     }
     free(line);

@@ -26,6 +26,6 @@ void energy_measure(struct sim *sim, struct energy *energy);
 double energy_of_rows(const struct species *table, const float *specific);
 /* Appends a row to the file; with the header if the file is new. Rank 0 only. */
 void energy_write(const struct sim *sim, const struct energy *energy, const char *path);
-/* Before a run goes on: drops the rows of energy.csv or budget.csv that are later than now. */
+/* Before a run goes on: drops the rows of energy.csv or budget.csv that are later than now, or cut short. */
 void energy_trim(const struct sim *sim, const char *path);
 #endif

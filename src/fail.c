@@ -33,8 +33,15 @@ static _Noreturn void end_all(enum status status)
     exit((int)status);
 }
 
+/* A mistake of the user is every rank's: the first has the time to speak for all. */
+static void let_first_speak(void)
+{
+    if (comm_rank() > 0) sleep(2);
+}
+
 void fail(enum status status, const char *format, ...)
 {
+    if (status == STATUS_INPUT) let_first_speak();
     char text[2048];    /* no allocation: memory may be what has run out */
     va_list arguments;
     va_start(arguments, format);
@@ -67,8 +74,7 @@ void problems_add(struct problems *problems, const char *format, ...)
 void problems_report(struct problems *problems)
 {
     if (problems->count == 0) return;
-    /* Every rank reads the same scene: the first has the time to speak for all. */
-    if (comm_rank() > 0) sleep(2);
+    let_first_speak();
     size_t length = strlen(problems->text);
     if (length > 0 && problems->text[length - 1] == '\n') problems->text[length - 1] = '\0';
     if (problems->count == 1)

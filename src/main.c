@@ -5,6 +5,8 @@
 #include "log.h"
 #include "module.h"
 #include "version.h"
+#include <errno.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -48,12 +50,24 @@ static void let_threads_sleep(char **argv)
     execv("/proc/self/exe", argv);
 }
 
+/* What was asked for has come out, or the status says that it has not. */
+static void finish_output(void)
+{
+    bool flushed = fflush(stdout) == 0;
+    const char *why = flushed ? "" : strerror(errno);
+    if (!flushed || ferror(stdout))
+        fail(STATUS_ENVIRONMENT, "standard output cannot be written%s%s: make room, or lead it elsewhere", *why ? ": " : "", why);
+}
+
 int main(int argc, char **argv)
 {
     let_threads_sleep(argv);
+    signal(SIGXFSZ, SIG_IGN);   /* a file over the limit is then a failed write, with a message */
     comm_begin(&argc, &argv);
     log_silence(comm_rank() != 0);
+    if (comm_rank() != 0 && !freopen("/dev/null", "w", stdout)) fclose(stdout);     /* told once */
     int status = run_command(argc, argv);
+    finish_output();
     comm_end();
     return status;
 }

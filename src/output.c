@@ -135,8 +135,7 @@ static void check_mass(struct sim *sim, const struct output *output)
     const struct energy *energy = &output->energy;
     double off = fabs(energy->all - energy->all_first);
     if (sim->failure.set || (isfinite(off) && off <= output->mass_limit * energy->all_first)) return;
-    sim->failure.set = true;
-    snprintf(sim->failure.text, sizeof sim->failure.text,
+    sim_stop(sim, STATUS_NUMBERS,
              "at t = %g the mass of all rows is %.15g and was %.15g at the start: off by more than output.mass_limit = %g",
              timeline_now(&sim->time), energy->all, energy->all_first, output->mass_limit);
 }

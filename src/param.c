@@ -276,6 +276,14 @@ void param_read(const struct scene *scene, const char *block, const struct param
     report_unknown(scene, block, tables, problems);
 }
 
+bool param_chosen(const struct scene *scene, const char *block, const struct param *table, const char *key)
+{
+    const char *value = scene ? scene_value(scene, block, key) : NULL;
+    while (table->name && strcmp(table->name, key) != 0) table++;
+    check(table->name && table->fallback);
+    return value && strtod(value, NULL) != strtod(table->fallback, NULL);
+}
+
 /* The shortest decimal number that reads back as the same bits. */
 static void write_real(FILE *stream, double value)
 {

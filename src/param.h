@@ -49,6 +49,8 @@ struct problems;
 struct param_target { const struct param *table; void *values; };
 void param_read(const struct scene *scene, const char *block, const struct param_target *tables,
                 const struct units *units, struct problems *problems);
+/* Whether the scene gives a pure number another value than its default: it has chosen it (used.yml says every key). */
+bool param_chosen(const struct scene *scene, const char *block, const struct param *table, const char *key);
 /* Writes "  key: value" lines for used.yml: in code units, so that reading them gives the same bits;
  * texts quoted, paths absolute. */
 void param_write(FILE *stream, const struct param_target *tables);

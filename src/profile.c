@@ -4,6 +4,7 @@
 #include "comm.h"
 #include "mem.h"
 #include "module.h"
+#include "text_file.h"
 #include <errno.h>
 #include <string.h>
 #include <time.h>
@@ -51,7 +52,8 @@ double profile_spent(const struct profile *profile, int call) { return profile->
 void profile_write(const struct sim *sim, const char *path)
 {
     if (comm_rank() != 0) return;
-    FILE *stream = fopen(path, "w");
+    struct text_file file = text_file_open(path);
+    FILE *stream = file.stream;
     if (!stream) fail(STATUS_ENVIRONMENT, "%s: cannot be written: %s", path, strerror(errno));
     fprintf(stream, "hook,module,wall [s],cpu [s],calls,rows\n");
     for (int c = 0; c < sim->n_call; c++) {
@@ -60,5 +62,5 @@ void profile_write(const struct sim *sim, const char *path)
                 sim->use[sim->call[c].use].module->name, entry->wall, entry->cpu,
                 (long long)entry->calls, (long long)entry->rows);
     }
-    if (fclose(stream) != 0) fail(STATUS_ENVIRONMENT, "%s: cannot be written: %s", path, strerror(errno));
+    if (!text_file_close(&file)) fail(STATUS_ENVIRONMENT, "%s: cannot be written: %s", path, strerror(errno));
 }

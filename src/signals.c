@@ -29,7 +29,6 @@ void signals_install(void)
     sigaction(SIGUSR1, &stop, NULL);
     sigaction(SIGINT, &stop, NULL);
     sigaction(SIGUSR2, &snapshot, NULL);
-    signal(SIGXFSZ, SIG_IGN);   /* a file over the limit is then a failed write, with a message */
 }
 
 bool signals_stop(void) { return stop_wanted != 0; }

@@ -146,7 +146,7 @@ static void read_header(struct reader *r)
     read_units(r);
     double start = 0;
     if (h5_read_attr(r->file, "Header", "Time", &start, 1)) r->sim->time.start = start * file_factor(r, "L V^-1");
-    if (!isfinite(start)) problems_add(&r->sim->problems, "%s: its Time is %g", r->path, start);
+    if (!isfinite(start)) problems_add(&r->sim->problems, "%s: its Time is %g: correct the attribute of its Header", r->path, start);
     read_box(r);
     if (start != 0) log_line("%s: the run starts at the file's time, %g", r->path, r->sim->time.start);
 }
@@ -249,7 +249,8 @@ static void read_group(struct reader *r, int type)
         return;
     }
     if (r->count[type] >= 0 && r->count[type] != (double)g.n)
-        problems_add(&r->sim->problems, "%s: Header promises %.0f rows of PartType%d, Coordinates has %" PRId64,
+        problems_add(&r->sim->problems, "%s: Header promises %.0f rows of PartType%d, Coordinates has %" PRId64
+                     ": the file is not whole; write it anew",
                      r->path, r->count[type], type, g.n);
     static const enum column always[] = {COLUMN_pos, COLUMN_vel, COLUMN_mass, COLUMN_id};
     for (int i = 0; i < 4; i++) species_need(g.table, always[i]);
@@ -301,9 +302,10 @@ static void check_column(struct reader *r, const struct species *table, enum col
     char more[40] = "";
     double value = component(table, column, first);
     if (wrong > 1) snprintf(more, sizeof more, " (and %" PRId64 " more)", wrong - 1);
-    problems_add(&r->sim->problems, "%s: %s particle %" PRIu64 " has %s = %g%s%s", r->path, species_names[table->kind],
+    bool large = isfinite(value) && fabs(value) > most;
+    problems_add(&r->sim->problems, "%s: %s particle %" PRIu64 " has %s = %g%s: %s", r->path, species_names[table->kind],
                  table->id[first / info->components], info->file_name, value, more,
-                 isfinite(value) && fabs(value) > most ? ", too much for the scene's units: choose larger ones" : "");
+                 large ? "too much for the scene's units: choose larger ones" : "correct it in the file, or leave the row out");
 }
 
 static void check_ids(struct reader *r)
@@ -344,7 +346,7 @@ static void check_rows(struct reader *r)
         for (int c = FIRST_ELEMENT; c < END_ELEMENTS; c++) check_column(r, table, c, 0, INFINITY);
         for (int64_t i = 0; i < table->n; i++) mass += table->mass[i];
     }
-    if (mass == 0) problems_add(&r->sim->problems, "%s: all masses are 0", r->path);
+    if (mass == 0) problems_add(&r->sim->problems, "%s: all masses are 0: give the rows Masses, or the Header a MassTable", r->path);
     check_ids(r);
 }
 
@@ -359,7 +361,8 @@ void start_file_read(struct sim *sim, const char *path)
         snprintf(group, sizeof group, "PartType%d", t);
         if (h5_exists(reader.file, group)) read_group(&reader, t);
         else if (reader.count[t] > 0)
-            problems_add(&sim->problems, "%s: Header promises %.0f rows of PartType%d, and there is no such group", path,
+            problems_add(&sim->problems, "%s: Header promises %.0f rows of PartType%d, and there is no such group: "
+                         "the file is not whole; write it anew", path,
                          reader.count[t], t);
     }
     for_species(sim, table) rows += table->n;

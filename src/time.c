@@ -85,12 +85,15 @@ static void time_begin(struct sim *sim, void *state)
     const struct time_block *block = state;
     const int grid = 20;
     double steps = (block->end - sim->time.start) / sim->time.dt_max;
+    const char *place = scene_place(sim->scene, "time", "end");
     if (block->end < sim->time.start)
-        fail(STATUS_INPUT, "time.end = %g: the rows are of t = %g already", block->end, sim->time.start);
-    if (!(steps >= 0 && steps < 4e6))
-        fail(STATUS_INPUT, "time.end = %g: the run starts at %g and its longest step is %g: "
-             "between 0 and 4e6 of them are possible", block->end, sim->time.start, sim->time.dt_max);
-    sim->time.tick_end = llround(ldexp(steps, grid)) << (RUNG_TOP - grid);
+        problems_add(&sim->problems, "%s: time.end = %g: the rows are of t = %g already; give a later end", place, block->end,
+                     sim->time.start);
+    else if (!(steps < 4e6))
+        problems_add(&sim->problems, "%s: time.end = %g: the run starts at %g and its longest step is %g: 4e6 of them at most "
+                     "are possible; give an earlier end, or a larger time.dt_max or output.snapshot_every", place, block->end,
+                     sim->time.start, sim->time.dt_max);
+    else sim->time.tick_end = llround(ldexp(steps, grid)) << (RUNG_TOP - grid);
 }
 
 static void time_limit(struct sim *sim, void *state)

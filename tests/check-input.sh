@@ -78,13 +78,13 @@ P
     sed "s|start: .*|start: {file: $1.hdf5}|" good.yml >bad.yml
 }
 if [ "$python" ]; then
-    damage nan 'rows["Velocities"][7, 1] = np.nan';           refuses 'dark particle 8 has Velocities = nan'
+    damage nan 'rows["Velocities"][7, 1] = np.nan';           refuses 'dark particle 8 has Velocities = nan' 'correct it'
     damage negative 'rows["Masses"][3] = -1';                 refuses 'dark particle 4 has Masses = -1'
     damage far 'rows["Coordinates"][5, 0] = 1e200';           refuses 'particle 6 has Coordinates = 1e+200' 'larger'
     damage twice 'rows["ParticleIDs"][9] = 1';                refuses 'the id 1 is used twice'
     damage weightless 'rows["Masses"][:] = 0';                refuses 'all masses are 0'
     damage headless 'del f["Header"]';                         refuses 'headless.hdf5 has no group Header'
-    damage less 'f["Header"].attrs["NumPart_ThisFile"] = [9, 200, 0, 0, 0, 0]'; refuses '9 rows of PartType0' 'no such group'
+    damage less 'f["Header"].attrs["NumPart_ThisFile"] = [9, 200, 0, 0, 0, 0]'; refuses '9 rows of PartType0' 'no such group' 'write it anew'
     damage fewer 'f["Header"].attrs["NumPart_ThisFile"] = [0, 300, 0, 0, 0, 0]'; refuses '300 rows of PartType1'
     damage solid 'del rows["Coordinates"]; rows["Coordinates"] = np.zeros((5, 4, 3))'; refuses 'not a table of rows'
     damage cosmic 'f.create_group("Cosmology").attrs["Cosmological run"] = 1'; refuses 'cosmological'
@@ -101,8 +101,51 @@ if [ "$python" ]; then
     expect_status 2 tephra run --restart two;                  expect_text 'checkpoint.previous.hdf5' err
 fi
 
-# A folder where nothing can be made, and a full disk.
+# Keys that mean nothing in a scene, and a generator named twice. used.yml, which says every key, is none of these.
+printf 'units: {G: 1}\nstart: {generator: evrard, n: 200}\ntime: {end: 0.01}\noutput: {snapshot_every: 0.01}\ngravity: {softening: 0.05}\nsph: {}\n' >gas.yml
+# meaningless KEY=VALUE NEEDS SETTING...
+meaningless() {
+    key=$1; needs=$2; shift 2
+    set=; for s in "$@"; do set="$set --set $s"; done
+    expect_status 2 tephra check gas.yml $set --set "sph.$key"; expect_text "sph.${key%%=*} has a meaning only with $needs" err
+}
+meaningless courant=0.2 time.criterion time.criterion=classic
+meaningless acceleration=0.2 time.criterion time.criterion=classic
+meaningless alpha_min=0.1 sph.strength
+meaningless balsara_epsilon=0.1 sph.balsara sph.balsara=off
+meaningless gamma=1.4 sph.eos sph.eos=isothermal sph.sound_speed=1
+expect_status 0 tephra run gas.yml --set time.criterion=classic --set sph.balsara=off --out classic
+expect_status 0 tephra check classic/used.yml
+expect_status 2 tephra ics evrard n=10 generator=plummer -o x.hdf5; expect_text 'generator=plummer: the generator is named once' err
+
+# An end before the start, with its place.
+edit 'time: .*' 'time: {end: -3}';                             refuses 'bad.yml:4: time.end = -3' 'later'
+
+# Places where nothing can be made, and full ones.
 expect_status 2 tephra run good.yml --out /proc/out;           expect_text '/proc/out' err
+expect_status 2 tephra ics evrard n=10 -o /proc/out.hdf5;      expect_text '/proc/out.hdf5' err
+expect_status 2 tephra ics evrard n=10 -o classic;             expect_text 'folder' err
+if [ -w /dev/full ]; then
+    tephra params >/dev/full 2>err; got=$?
+    [ $got -eq 5 ] || fail "standard output is full: exit status $got, not 5"
+    expect_text 'standard output' err
+fi
+# A file over the limit fails as on a full disk: its text is no part of a whole file, and what came before stays.
+( ulimit -f 40 && tephra run good.yml --out full --set start.n=2000 >/dev/null 2>err ); got=$?
+[ $got -eq 5 ] || fail "a full disk: exit status $got, not 5"
+expect_text 'snapshot_000.hdf5' err
+[ ! -e full/snapshot_000.hdf5 ] || fail "half a snapshot stands under its name"
+[ -s full/used.yml ] || fail "a full disk took used.yml"
+expect_status 0 tephra run good.yml --out full --set start.n=2000 --force
+ls full | grep -q tmp && fail "--force left an unfinished file"
+( ulimit -f 0 && tephra run good.yml --out fuller >/dev/null 2>&1 ); got=$?
+[ $got -eq 5 ] || fail "a full disk at the start: exit status $got, not 5"
+expect_status 0 tephra run good.yml --out fuller
+# The last checkpoint is told where a later write fails.
+expect_status 0 tephra run good.yml --out later --set start.n=2000
+( ulimit -f 40 && tephra run --restart later --set time.end=0.02 >/dev/null 2>err ); got=$?
+[ $got -eq 5 ] || fail "a full disk after a restart: exit status $got, not 5"
+expect_text 'tephra run --restart later' err
 
 # Units in which single precision does not hold the gas; others give the same energies.
 cat >cloud.yml <<'Y'

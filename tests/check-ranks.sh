@@ -38,6 +38,11 @@ same pec/snapshot_002.hdf5 pec2/snapshot_002.hdf5
 expect_status 2 mpirun -n 2 --oversubscribe tephra run "$scene" --set sph.neigbours=40 --out bad
 [ "$(grep -c 'did you mean' err)" -eq 1 ] || fail "the message stands $(grep -c 'did you mean' err) times"
 
+expect_status 2 mpirun -n 2 --oversubscribe tephra run "$scene" --thraed 1
+[ "$(grep -c 'not an option' err)" -eq 1 ] || fail "the message stands $(grep -c 'not an option' err) times"
+expect_status 0 mpirun -n 2 --oversubscribe tephra --version
+[ "$(grep -c '^tephra' out_text)" -eq 1 ] || fail "the version stands $(grep -c '^tephra' out_text) times"
+
 # Numbers that fail end all ranks with 3; the reason is told once, in the log too.
 expect_status 3 mpirun -n 2 --oversubscribe tephra run "$scene" $small --set output.energy_limit=1e-12 --out failed
 [ "$(grep -c 'energy_limit = ' err)" -eq 1 ] || fail "the reason stands $(grep -c 'energy_limit = ' err) times"
