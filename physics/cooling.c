@@ -28,7 +28,7 @@ struct cooling {
     int n_bins;
     double energy, density, time;   /* code units in cgs */
     double booked[N_RESERVOIRS];    /* of all ranks, since the start; negative where the gas gained */
-    bool beyond;                    /* gas hotter than the table was met */
+    bool beyond;                    /* gas hotter than the table was met, on any rank */
 };
 
 static const struct param params[] = {
@@ -163,11 +163,15 @@ static void cool_row(const struct sim *sim, const struct cooling *cooling, int64
     booked[RADIATED] += gas->mass[i] * (raised + heated - (double)gas->u[i]);
 }
 
-static double hottest(const struct cooling *cooling, const struct species *gas)
+/* Told once, by whatever rank the gas is met. */
+static void warn_beyond(struct cooling *cooling, float u)
 {
-    double u = 0;
-    for (int64_t a = 0; a < gas->n_active; a++) u = fmax(u, (double)gas->u[gas->active[a]]);
-    return cooling_curve_temperature(cooling->bin[0], u * cooling->energy);
+    const double table_end = pow(10, cooling->data->log_t[cooling->data->n_t - 1]);
+    double most = cooling_curve_temperature(cooling->bin[0], (double)u * cooling->energy);
+    if (cooling->beyond) return;
+    comm_max(&most, 1);
+    cooling->beyond = most > table_end;
+    if (cooling->beyond) log_warning("cooling: gas is hotter than the table's %.3g K: continued with T^(1/2)", table_end);
 }
 
 static void source(struct sim *sim, void *state)
@@ -175,20 +179,19 @@ static void source(struct sim *sim, void *state)
     enum { BLOCK = 1024 };
     struct cooling *cooling = state;
     const struct species *gas = &sim->species[GAS];
-    const double table_end = pow(10, cooling->data->log_t[cooling->data->n_t - 1]);
-    if (!cooling->beyond && hottest(cooling, gas) > table_end) {
-        log_warning("cooling: gas is hotter than the table's %.3g K: continued with T^(1/2)", table_end);
-        cooling->beyond = true;
-    }
+    float hottest = 0;
     int64_t blocks = (gas->n_active + BLOCK - 1) / BLOCK;
     double (*part)[N_RESERVOIRS] = mem_alloc("cooling", (size_t)blocks * sizeof *part), sum[N_RESERVOIRS] = {0};
-#pragma omp parallel for schedule(dynamic)
+#pragma omp parallel for schedule(dynamic) reduction(max : hottest)
     for (int64_t b = 0; b < blocks; b++)
-        for (int64_t a = b * BLOCK; a < (b + 1) * BLOCK && a < gas->n_active; a++)
+        for (int64_t a = b * BLOCK; a < (b + 1) * BLOCK && a < gas->n_active; a++) {
+            hottest = fmaxf(hottest, gas->u[gas->active[a]]);
             cool_row(sim, cooling, gas->active[a], part[b]);
+        }
     for (int64_t b = 0; b < blocks; b++)    /* in order: the same on any number of threads */
         for (int k = 0; k < N_RESERVOIRS; k++) sum[k] += part[b][k];
     mem_free(part);
+    warn_beyond(cooling, hottest);
     comm_sum(sum, N_RESERVOIRS);
     for (int k = 0; k < N_RESERVOIRS; k++) cooling->booked[k] += sum[k];
 }
