@@ -83,28 +83,6 @@ static void set_softening(struct sim *sim, struct gravity *g)
     g->near2 = spline || !(most > 0) ? 0 : 15 * 0.5 * (most * most - least * least) / g->accuracy;
 }
 
-/* Minus the potential of a unit mass spread over the spline of support 1: Springel (2005), eq. 71. */
-static double spline_depth(double u)
-{
-    if (u >= 1) return 1 / u;
-    if (u < 0.5) return 2.8 - u * u * (16.0 / 3 - u * u * (9.6 - 6.4 * u));
-    return 3.2 - 1 / (15 * u) - u * u * (32.0 / 3 - u * (16 - u * (9.6 - u * 32 / 15)));
-}
-
-double gravity_pair(const struct sim *sim, enum species_kind a, enum species_kind b, double r)
-{
-    const struct gravity *g = sim_state(sim, "gravity");
-    double soft2 = g ? g->half_soft2[a] + g->half_soft2[b] : 0, square = r * r + soft2;
-    if (!g || !(square > 0)) return 0;
-    if (g->softening_kernel != KERNEL_SPLINE) return -g->G / sqrt(square);
-    return -g->G * (soft2 > 0 ? spline_depth(r / sqrt(soft2)) / sqrt(soft2) : 1 / r);
-}
-
-double gravity_contact(const struct sim *sim, enum species_kind a, enum species_kind b)
-{
-    return gravity_pair(sim, a, b, 0);
-}
-
 /* Pair forces are floats: doc/manual/gravity.md, "What it does not do". */
 #define FLOAT_ACCURACY 1e-6
 

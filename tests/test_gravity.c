@@ -3,6 +3,7 @@
  * exact to their order, solvers whose errors fall as their openings close, momentum, threads, and
  * the sets that break trees (Salmon & Warren 1994 give the one that detonates). */
 #include "gravity/cell.h"
+#include "gravity/contact.h"
 #include "gravity/gravity.h"
 #include "log.h"
 #include "mem.h"
@@ -645,6 +646,34 @@ static void test_front(void **state)
     mem_free(path);
 }
 
+/* What another softening makes of a row's potential, against the sum over all rows. */
+static void test_resoften(void **unused)
+{
+    (void)unused;
+    const char *const settings[] = {"softening=0.05 softening_star=0.2", "softening=0.2 softening_star=0.05",
+                                    "softening=0.05 softening_star=0.2 softening_kernel=spline"};
+    struct rows rows = rows_make(3000);
+    for (size_t k = 0; k < sizeof settings / sizeof *settings; k++) {
+        struct sim *sim = rows_forces(rows, settings[k]);
+        const struct species *s = &sim->species[DARK];
+        const struct gravity *g = sim_state(sim, "gravity");
+        for (int64_t i = 0; i < s->n; i += 100) {
+            double sum = 0;
+            for (int64_t j = 0; j < s->n; j++) {
+                double r2 = 0;
+                for (int x = 0; x < 3; x++) r2 += (s->pos[j][x] - s->pos[i][x]) * (s->pos[j][x] - s->pos[i][x]);
+                if (j != i) sum += pair_any(g->form, r2, s->mass[j], g->half_soft2[DARK] + g->half_soft2[DARK]).depth -
+                                   pair_any(g->form, r2, s->mass[j], g->half_soft2[DARK] + g->half_soft2[STAR]).depth;
+            }
+            double got = gravity_resoften(sim, DARK, i, STAR);
+            if (!(fabs(got - sum) <= 0.03 * fabs(sum) + 1e-12)) fail_msg("%s, row %d: %g, not %g", settings[k], (int)i, got, sum);
+        }
+        assert_true(gravity_resoften(sim, DARK, 0, DARK) == 0);
+        sim_free(sim);
+    }
+    rows_free(rows);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -653,6 +682,7 @@ int main(void)
         cmocka_unit_test(test_momentum), cmocka_unit_test(test_threads), cmocka_unit_test(test_detonating),
         cmocka_unit_test(test_offsets), cmocka_unit_test(test_tight_pairs), cmocka_unit_test(test_cancelling),
         cmocka_unit_test(test_odd_sets), cmocka_unit_test(test_few_rows),
+        cmocka_unit_test(test_resoften),
         cmocka_unit_test(test_front),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
