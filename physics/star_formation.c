@@ -6,7 +6,6 @@
 #include "constants.h"
 #include "cooling.h"
 #include "gravity/contact.h"
-#include "log.h"
 #include "mem.h"
 #include "module.h"
 #include "nearest.h"
@@ -20,13 +19,14 @@ enum criterion { JEANS, SCHMIDT };
 struct star_formation {
     /* Parameters. */
     int criterion;
-    double n_h, largest_part, rate, spawned, least;
+    double n_h, largest_part, rate, spawned, least, time_step;
     bool converging;
     /* State. */
     double rho_least;           /* density above which stars form */
     double gas_mass;            /* mean mass of a gas row at the start */
     double formed, told, at;    /* mass of all stars formed, and at the last row of budget.csv with its time */
-    double thermal, bound;      /* thermal energy that went with it; depth of the wells of rows with their stars */
+    double thermal, bound;      /* thermal energy that went with it; by how much the births lowered the potential energy */
+    double untold;              /* of that, by this step's births, what the potentials of the other rows do not know yet */
 };
 
 static const struct param params[] = {
@@ -47,6 +47,9 @@ static const struct param params[] = {
     {"least", PARAM_REAL, "", "0.1", 0.01, 1, NULL,
      "gas rows are left with at least this part of the mean gas row of the start", true,
      offsetof(struct star_formation, least)},
+    {"time_step", PARAM_REAL, "", "0.1", 1e-4, 10, NULL,
+     "eta of the longest step eta (sqrt(8) eps/|da/dt|)^(1/3) of stars born in the run, which fall through the middle of their "
+     "clumps, where gravity.time_step sees no acceleration", true, offsetof(struct star_formation, time_step)},
     {0}
 };
 
@@ -164,22 +167,25 @@ static void copy_state(struct sim *sim, int64_t from, int64_t to)
     star->rung[to] = star->rung0[to] = (uint8_t)(rung > 0 ? rung : 0);
 }
 
-/* What one row was now attracts itself as two, at rest with each other: energy that came from nowhere. */
-static double bind(struct sim *sim, int64_t i, int64_t to)
+/* What one row was now attracts itself as two, at rest with each other, and the star has a softening of its own: energy that
+ * came from nowhere. `rise` is what that softening makes of the potential; those of this step's force are of before. */
+static void bind(struct sim *sim, struct star_formation *sf, int64_t i, int64_t to, double rise)
 {
     struct species *gas = &sim->species[GAS], *star = &sim->species[STAR];
     double contact = gravity_contact(sim, GAS, STAR);
     if (star->pot) {
-        star->pot[to] = gas->pot[i] + (float)(contact * gas->mass[i]);
+        star->pot[to] = gas->pot[i] + (float)(contact * gas->mass[i] + rise);
         gas->pot[i] += (float)(contact * star->mass[to]);
     }
-    return -contact * gas->mass[i] * star->mass[to];
+    sf->bound -= (contact * gas->mass[i] + rise) * star->mass[to];
+    sf->untold += 0.5 * rise * star->mass[to];
 }
 
 /* The star goes on with the row's acceleration until its first own force, and the row takes all of the heat that
  * its pressure yields until then: momentum and energy do not notice that the row has been divided. */
 static void form(struct sim *sim, struct star_formation *sf, int64_t i, double mass)
 {
+    double rise = gravity_resoften(sim, GAS, i, STAR);
     int64_t to = ranks_append(sim, STAR, 1);
     struct species *gas = &sim->species[GAS], *star = &sim->species[STAR];
     double part = mass / gas->mass[i];
@@ -197,7 +203,7 @@ static void form(struct sim *sim, struct star_formation *sf, int64_t i, double m
     gas->mass[i] -= mass;
     sf->formed += mass;
     sf->thermal += mass * (double)gas->u[i];
-    sf->bound += bind(sim, i, to);
+    bind(sim, sf, i, to, rise);
 }
 
 /* All ranks do the same for the rows of all, so that new rows are the same everywhere. */
@@ -208,6 +214,7 @@ static void event(struct sim *sim, void *state)
     uint64_t keep = sim->want_potential ? (uint64_t)1 << COLUMN_pot : 0;
     for (int c = 0; c < N_COLUMNS; c++) keep |= (uint64_t)(column_table[c].lifetime == KEEP) << c;
     ranks_share(sim, keep);
+    sf->untold = 0;
     double *mass = mem_array("star_formation", double, gas->n_ending);
 #pragma omp parallel for schedule(dynamic, 64)
     for (int64_t e = 0; e < gas->n_ending; e++) {
@@ -228,7 +235,7 @@ static void energy(struct sim *sim, void *state, struct energy_sink *sink)
     const struct star_formation *sf = state;
     const bool gravity = sim_state(sim, "gravity") != NULL;
     sink->add(sink, "booked_stars_heat", comm_rank() == 0 ? sf->thermal : 0);
-    if (gravity) sink->add(sink, "booked_stars_bound", comm_rank() == 0 ? sf->bound : 0);
+    if (gravity) sink->add(sink, "booked_stars_bound", comm_rank() == 0 ? sf->bound + sf->untold : 0);
 }
 
 /* The rate is the mean since the row before. */
@@ -243,16 +250,37 @@ static void budget(struct sim *sim, void *state, struct energy_sink *sink)
     sf->at = now;
 }
 
-static void warn(struct sim *sim, void *state)
+/* In the middle of a clump the acceleration vanishes, but not its change. */
+static void limit(struct sim *sim, void *state)
 {
+    const struct star_formation *sf = state;
+    struct species *star = &sim->species[STAR];
+    double contact = gravity_contact(sim, STAR, STAR);
+    if (contact == 0) return;
+    for (int64_t a = 0; a < star->n_active; a++) {
+        int64_t i = star->active[a];
+        double dt = timeline_step(&sim->time, star->rung0[i]), change2 = 0;
+        if (!(star->id[i] >> BIRTH_BIT) || dt == 0) continue;
+        for (int k = 0; k < 3; k++) {
+            double change = (double)star->acc[i][k] - (double)star->acc_old[i][k];
+            change2 += change * change;
+        }
+        double longest = sf->time_step * cbrt(sqrt(8 / change2) * (sim->units.G / -contact) * dt);
+        star->dt[i] = fminf(star->dt[i], (float)longest);
+    }
+}
+
+static void reason(const struct sim *sim, const void *state, const struct species *s, int64_t i, struct step_reason *step)
+{
+    (void)sim;
     (void)state;
-    if (gravity_contact(sim, GAS, GAS) != gravity_contact(sim, STAR, STAR))
-        log_warning("star_formation: gas and stars have different softenings: what that changes of the potential "
-                    "energy when a star forms is not in the books");
+    if (s->kind == STAR && s->id[i] >> BIRTH_BIT && (double)s->dt[i] < 0.999 * step->dt)
+        *step = (struct step_reason){(double)s->dt[i], "star_formation.time_step"};
 }
 
 const struct module star_formation_module = {
     .name = "star_formation", .doc = "stars form from collapsing gas", .kind = MODULE_BLOCK,
     .params = params, .requires = requires, .state_bytes = sizeof(struct star_formation), .saved = saved,
-    .declare = declare, .begin = begin, .energy = energy, .budget = budget, .warn = warn, .hook = {[HOOK_EVENT] = event},
+    .declare = declare, .begin = begin, .energy = energy, .budget = budget, .reason = reason,
+    .hook = {[HOOK_EVENT] = event, [HOOK_LIMIT] = limit},
 };
