@@ -51,6 +51,16 @@ expect_status 0 tephra run "$TEPHRA_SOURCE/ics/two_phase_box.yml" --set start.n=
 tephra info phases/snapshot_006.hdf5 | awk '/Temperature/ { exit !($3 < 150 && $5 > 5000) }' ||
     fail "no two phases: $(tephra info phases/snapshot_006.hdf5 | grep Temperature)"
 
+# The diagram holds all of the gas, all but a hundredth of it where n_H = Gamma/L(T).
+awk -F, 'FNR == 1 { file++; next } file == 1 { gas = $(NF - 3) * 1e10 }
+    file == 2 { sum += $3; t = 10 ^ $2; l = 1e7 * exp(-1.184e5 / (t + 1000)) + 1.4e-2 * sqrt(t) * exp(-92 / t)
+        off = $1 + log(l) / log(10); if (off < 0.2 && off > -0.2) near += $3 }
+    END { exit !(sum > 0.999999 * gas && sum < 1.000001 * gas && near > 0.99 * gas) }' phases/energy.csv phases/phase_006.csv ||
+    fail "phase diagram: $(wc -l <phases/phase_006.csv) cells"
+[ "$(head -c 4 phases/phase_006.png | tail -c 3)" = PNG ] || fail "no picture of the phases"
+expect_status 2 tephra check "$TEPHRA_SOURCE/ics/two_phase_box.yml" --set phase_diagram.log_density=3
+expect_text 'two whole numbers' err
+
 # A supernova at shell formation: 0.57 of its energy is left, half of it kinetic (0.05 more was there before).
 expect_status 0 tephra run "$TEPHRA_SOURCE/ics/supernova.yml" --set "time.end=0.05 Myr" --set output.energy_every=0.0125Myr --out shell
 tail -n 1 shell/energy.csv | awk -F, '{ erg = 0.005028; exit !($4 > 0.25 * erg && $4 < 0.3 * erg && $5 > 0.32 * erg && $5 < 0.37 * erg) }' ||
