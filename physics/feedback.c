@@ -13,6 +13,7 @@
 #include "random.h"
 #include "ranks.h"
 #include "sph/sph.h"
+#include "supernova.h"
 #include <math.h>
 #include <string.h>
 
@@ -21,7 +22,8 @@ enum { N_ELEMENTS = END_ELEMENTS - FIRST_ELEMENT };
 struct feedback {
     /* Parameters. */
     int imf, snia;
-    double binaries, snia_number, efficiency, energy, nebula, portion, discrete, metallicity;
+    double binaries, snia_number, efficiency, energy, nebula, portion, discrete, metallicity, wind_power, wind_loss;
+    bool winds;
     double heating, momentum;
     int64_t neighbours;
     int form;                                   /* enum deposit_form */
@@ -61,6 +63,13 @@ static const struct param params[] = {
      true, offsetof(struct feedback, momentum)},
     {"nebula", PARAM_REAL, "", "1e47", 0, 1e54, NULL, "energy of a planetary nebula in erg", true,
      offsetof(struct feedback, nebula)},
+    {"winds", PARAM_FLAG, "", "off", 0, 0, NULL, "stars of 8 to 40 Msun have winds before they explode", false,
+     offsetof(struct feedback, winds)},
+    {"wind_power", PARAM_REAL, "", "1e35", 0, 1e40, NULL, "of one such star in erg/s, of which the gas receives `efficiency`", true,
+     offsetof(struct feedback, wind_power)},
+    {"wind_loss", PARAM_REAL, "", "1e-6", 1e-12, 1e-3, NULL,
+     "mass loss of one such star in Msun a year, until half of what would explode is gone", false,
+     offsetof(struct feedback, wind_loss)},
     {"neighbours", PARAM_COUNT, "", "50", 1, NEAREST_MOST, NULL, "gas rows that share what a star returns", true,
      offsetof(struct feedback, neighbours)},
     {"portion", PARAM_REAL, "", "1e-4", 0, 0.1, NULL,
@@ -93,7 +102,8 @@ static void declare(struct sim *sim, void *state)
     if (sph->eos != SPH_ADIABATIC)
         problems_add(&sim->problems, "feedback needs gas with an energy equation: sph.eos is isothermal");
     if (!sim->units.physical) problems_add(&sim->problems, "feedback needs physical units: this scene is dimensionless");
-    if (isnan(feedback->momentum)) feedback->momentum = 2.8e5 * CONST_M_SUN / sim->units.mass * 1e5 / sim->units.velocity;
+    if (isnan(feedback->momentum))
+        feedback->momentum = supernova_momentum(1) * CONST_M_SUN / sim->units.mass * 1e5 / sim->units.velocity;
     if (isnan(feedback->discrete)) feedback->discrete = 1e3 * CONST_M_SUN / sim->units.mass;
 }
 
@@ -119,6 +129,7 @@ static void begin(struct sim *sim, void *state)
     options.snia = (enum population_snia)feedback->snia;
     options.binaries = feedback->binaries;
     options.snia_number = feedback->snia_number;
+    options.wind_loss = feedback->winds ? feedback->wind_loss : 0;
     feedback->population = population_new(&options);
     feedback->years = units_cgs(&sim->units, "time") / CONST_YEAR;
     feedback->suns = sim->units.mass / CONST_M_SUN;
@@ -165,14 +176,16 @@ static double events_of(const struct sim *sim, const struct feedback *feedback, 
 {
     const struct species *star = &sim->species[STAR];
     const struct random key = {sim->seed, star->id[i], (uint64_t)sim->time.tick, random_stream("feedback")};
-    bool whole = cause != POPULATION_AGB && star->mass_born[i] < feedback->discrete;
+    bool whole = (cause == POPULATION_SNII || cause == POPULATION_SNIA) && star->mass_born[i] < feedback->discrete;
     return whole ? draw_number(&key, (uint64_t)cause, mean) : mean;
 }
 
-/* Energy that the gas receives from each of them, in code units. */
+/* Energy that the gas receives from each of them, of winds for each year, in code units. */
 static double energy_of(const struct feedback *feedback, int cause)
 {
-    return (cause == POPULATION_AGB ? feedback->nebula : feedback->efficiency * feedback->energy) / feedback->erg;
+    if (cause == POPULATION_AGB) return feedback->nebula / feedback->erg;
+    if (cause == POPULATION_WIND) return feedback->efficiency * feedback->wind_power * CONST_YEAR / feedback->erg;
+    return feedback->efficiency * feedback->energy / feedback->erg;
 }
 
 /* False if less than a portion is due. */
@@ -207,11 +220,11 @@ static bool find_due(const struct sim *sim, const struct feedback *feedback, int
 static double momentum_of(const struct sim *sim, const struct feedback *feedback, const struct due *due)
 {
     const struct species *gas = &sim->species[GAS];
-    const double hydrogen = 0.76, power = -0.17, cm = units_cgs(&sim->units, "length");
+    const double hydrogen = 0.76, cm = units_cgs(&sim->units, "length");
     double rho = 0, number = due->events_by[POPULATION_SNII] + due->events_by[POPULATION_SNIA];
     for (int k = 0; k < due->nearest.n; k++) rho += (double)gas->rho[due->nearest.row[k]] / due->nearest.n;
     double n_h = hydrogen * rho * sim->units.mass / (cm * cm * cm) / CONST_M_PROTON;
-    return number * feedback->momentum * pow(n_h, power);
+    return number * feedback->momentum * supernova_momentum(n_h) / supernova_momentum(1);
 }
 
 static void pay(struct sim *sim, struct feedback *feedback, int64_t i, const struct due *due)
@@ -270,11 +283,17 @@ static void event(struct sim *sim, void *state)
 
 static void limit(struct sim *sim, void *state) { deposit_wake(sim, &((struct feedback *)state)->wishes); }
 
+/* Winds come last, and only where the scene has them. */
+static int told_causes(const struct feedback *feedback)
+{
+    return feedback->winds ? N_POPULATION_CAUSES : POPULATION_WIND;
+}
+
 static void energy(struct sim *sim, void *state, struct energy_sink *sink)
 {
     const struct feedback *feedback = state;
     (void)sim;
-    for (int c = 0; c < N_POPULATION_CAUSES; c++) {
+    for (int c = 0; c < told_causes(feedback); c++) {
         char name[32];
         snprintf(name, sizeof name, "injected_%s", population_cause_names[c]);
         sink->add(sink, name, comm_rank() == 0 ? -feedback->injected[c] : 0);
@@ -297,11 +316,12 @@ static void budget(struct sim *sim, void *state, struct energy_sink *sink)
     struct feedback *feedback = state;
     const double one = comm_rank() == 0, now = timeline_now(&sim->time), span = (now - feedback->at) * feedback->years;
     char name[48];
-    for (int c = 0; c < N_POPULATION_CAUSES; c++) {
+    for (int c = 0; c < told_causes(feedback); c++) {
         double rate = span > 0 ? (feedback->events[c] - feedback->told[c]) / span : 0;
-        snprintf(name, sizeof name, "%s_rate [yr^-1]", population_cause_names[c]);
+        const bool wind = c == POPULATION_WIND;     /* years over years: so many stars have one */
+        snprintf(name, sizeof name, "%s%s", population_cause_names[c], wind ? "_stars [1]" : "_rate [yr^-1]");
         sink->add(sink, name, one * rate);
-        snprintf(name, sizeof name, "%s [1]", population_cause_names[c]);
+        snprintf(name, sizeof name, "%s [%s]", population_cause_names[c], wind ? "yr" : "1");
         sink->add(sink, name, one * feedback->events[c]);
         snprintf(name, sizeof name, "returned_%s [Msun]", population_cause_names[c]);
         sink->add(sink, name, one * feedback->returned[c] * feedback->suns);
@@ -318,22 +338,30 @@ static void budget(struct sim *sim, void *state, struct energy_sink *sink)
     }
 }
 
-/* A gas row of more than this, heated by its own stars, radiates the heat of supernovae before it can
- * expand: the mass that one supernova heats to 1e6 K with an efficiency of 1 (3/2 k T/(0.6 m_p) = E). */
-static const double heated_mass = 2.4e3;        /* Msun */
+/* Rows in the shell that a supernova's hot bubble sweeps up before it cools: from so many on its momentum is right within a
+ * third, below so few less than half of it is left (doc/charts/supernova.csv). */
+static const double enough_rows = 400, too_few_rows = 25;
 
 static void warn(struct sim *sim, void *state)
 {
     const struct feedback *feedback = state;
     const struct species *gas = &sim->species[GAS];
+    const double n_h = 1, thinnest = 1e-3;      /* of a galaxy's disc; of gas between the stars [cm^-3] */
     double mass = 0;
     for (int64_t i = 0; i < gas->n; i++) mass += gas->mass[i] * sim->units.mass / CONST_M_SUN / (double)gas->n;
-    if (sim_state(sim, "cooling") && feedback->efficiency < 1 && mass < 0.1 * heated_mass)
+    if (!(mass > 0) || !sim_state(sim, "cooling") || !(feedback->efficiency > 0)) return;
+    const double rows = supernova_shell_mass(n_h) / mass;
+    if (feedback->efficiency < 1 && rows > enough_rows)
         log_warning("feedback.efficiency = %g: gas rows of %.3g Msun resolve supernovae, for which 1 is due",
                     feedback->efficiency, mass);
-    if (sim_state(sim, "cooling") && feedback->efficiency > 0 && mass > heated_mass)
-        log_warning("gas rows of %.3g Msun: dense gas radiates the heat of a supernova before it expands "
-                    "(above about %.2g Msun)", mass, heated_mass);
+    if (feedback->form != DEPOSIT_HEAT) return;
+    if (rows < too_few_rows)
+        log_warning("feedback.variant: thermal: gas rows of %.3g Msun radiate the heat of a supernova before it expands where "
+                    "n_H is above %.2g cm^-3 (tephra chart supernova): stochastic, momentum or lighter rows keep it", mass,
+                    fmax(supernova_resolved(mass, too_few_rows), thinnest));
+    else if (rows < enough_rows)
+        log_warning("feedback.variant: thermal: gas rows of %.3g Msun give a supernova up to twice its momentum where n_H is "
+                    "above %.2g cm^-3 (tephra chart supernova)", mass, supernova_resolved(mass, enough_rows));
 }
 
 const struct module feedback_module = {

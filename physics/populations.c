@@ -9,7 +9,7 @@
 #include <math.h>
 #include <stddef.h>
 
-const char *const population_cause_names[N_POPULATION_CAUSES] = {"snii", "snia", "agb"};
+const char *const population_cause_names[N_POPULATION_CAUSES] = {"snii", "snia", "agb", "wind"};
 
 /* What is integrated over the stars that have ended. Two columns of wind yields: Z = 0.004, 0.02. */
 enum channel {
@@ -18,7 +18,7 @@ enum channel {
     DEAD, LEFT, LEFT_2, N_CHANNELS
 };
 
-enum { MAX_CELLS = 256, POINTS = 16 };
+enum { MAX_CELLS = 256, POINTS = 16, WIND_POINTS = 48 };
 static const double widest = 0.05;              /* cell in ln m */
 static const double snii_from = 8, snii_to = 40;/* Msun; heavier ones collapse without return */
 
@@ -28,11 +28,12 @@ struct population {
     double log_m[MAX_CELLS + 1];                /* their ends, ln Msun, ascending */
     double sum[MAX_CELLS + 1][N_CHANNELS];      /* above this end */
     double low[MAX_CELLS][N_CHANNELS], high[MAX_CELLS][N_CHANNELS];   /* integrand per ln m at a cell's ends */
+    gsl_integration_glfixed_table *rule;        /* of the winds of massive stars */
 };
 
 struct population_options population_defaults(void)
 {
-    return (struct population_options){IMF_KROUPA_1993, POPULATION_BINARY, 0.05, 1.3e-3, 0.143, 0.743};
+    return (struct population_options){IMF_KROUPA_1993, POPULATION_BINARY, 0.05, 1.3e-3, 0.143, 0.743, 0};
 }
 
 /* --- lives --- */
@@ -115,10 +116,12 @@ static void wind_yield(double m, double yield[N_CHANNELS])
 }
 
 /* Fits of Raiteri, Villata & Navarro 1996 to Woosley & Weaver 1995, for 8 to 40 Msun. */
+static double snii_ejecta(double m) { return 0.7682 * pow(m, 1.056); }
+
 static void snii_yield(double m, double yield[N_CHANNELS])
 {
     yield[SNII_NUMBER] = 1;
-    yield[SNII_MASS] = 0.7682 * pow(m, 1.056);
+    yield[SNII_MASS] = snii_ejecta(m);
     yield[SNII_FE] = 2.802e-4 * pow(m, 1.864);
     yield[SNII_O] = 4.586e-4 * pow(m, 2.721);
     yield[LEFT] = yield[LEFT_2] = m - yield[SNII_MASS];
@@ -196,10 +199,15 @@ struct population *population_new(const struct population_options *options)
     make_cells(population);
     for (int cell = population->n - 1; cell >= 0; cell--) integrate_cell(population, cell, rule);
     gsl_integration_glfixed_table_free(rule);
+    population->rule = gsl_integration_glfixed_table_alloc(WIND_POINTS);
     return population;
 }
 
-void population_free(struct population *population) { mem_free(population); }
+void population_free(struct population *population)
+{
+    if (population) gsl_integration_glfixed_table_free(population->rule);
+    mem_free(population);
+}
 
 /* The sums over all stars above a mass: Hermite's cubic in ln m. */
 static void sum_above(const struct population *population, double m, double sum[N_CHANNELS])
@@ -235,6 +243,44 @@ static double delayed(const struct population_options *options, double age)
     return options->snia_number * (pow(age / t0, power) - 1) / (pow(t_hubble / t0, power) - 1);
 }
 
+/* Winds of the stars that become SNII, up to an age: for how long [yr], and mass in all and of what has exploded since.
+ * None blows away more than half of what its supernova would eject, which is that much less. */
+struct massive { double years, lost, lost_by_dead; };
+
+static struct massive find_massive(const struct population *population, double age, double metals)
+{
+    const double turnoff = fmin(fmax(population_turnoff(age, metals), snii_from), snii_to), half = 0.5;
+    const double end[3] = {log(snii_from), log(turnoff), log(snii_to)};
+    struct massive sum = {0};
+    for (int dead = 0; dead < 2; dead++)
+        for (size_t p = 0; p < WIND_POINTS && end[dead] < end[dead + 1]; p++) {
+            double log_m, weight;
+            gsl_integration_glfixed_point(end[dead], end[dead + 1], p, &log_m, &weight, population->rule);
+            double m = exp(log_m), number = weight * m * imf_density(population->options.imf, m);
+            double years = dead ? population_lifetime(m, metals) : age;
+            double lost = fmin(population->options.wind_loss * years, half * snii_ejecta(m));
+            sum.years += number * years;
+            sum.lost += number * lost;
+            if (dead) sum.lost_by_dead += number * lost;
+        }
+    return sum;
+}
+
+/* The winds have the composition of birth; what is left for the supernovae is without it. */
+static void add_winds(const struct population *population, double age, const struct population_birth *birth,
+                      struct population_return by_cause[N_POPULATION_CAUSES])
+{
+    struct population_return *snii = &by_cause[POPULATION_SNII];
+    if (!(population->options.wind_loss > 0) || !(age > 0)) return;
+    struct massive massive = find_massive(population, age, birth->metals);
+    by_cause[POPULATION_WIND] = (struct population_return){massive.years, massive.lost, birth->metals * massive.lost,
+                                                           birth->o * massive.lost, birth->fe * massive.lost};
+    snii->mass -= massive.lost_by_dead;
+    snii->metals -= birth->metals * massive.lost_by_dead;
+    snii->o -= birth->o * massive.lost_by_dead;
+    snii->fe -= birth->fe * massive.lost_by_dead;
+}
+
 void population_returned(const struct population *population, double age, const struct population_birth *birth,
                          struct population_return by_cause[N_POPULATION_CAUSES])
 {
@@ -251,6 +297,8 @@ void population_returned(const struct population *population, double age, const 
     double old_o = birth->o * (mass - mix(&sum[AGB_BURNT], place)), new_o = mix(&sum[AGB_O], place);
     by_cause[POPULATION_AGB] = (struct population_return){sum[AGB_NUMBER], mass, birth->metals * mass + made,
                                                           old_o + new_o, birth->fe * mass};
+    by_cause[POPULATION_WIND] = (struct population_return){0};
+    add_winds(population, age, birth, by_cause);
 }
 
 double population_dead(const struct population *population, double age, double metals)

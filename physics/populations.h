@@ -8,7 +8,7 @@
 #include "imf.h"
 
 /* By what stars return their mass. */
-enum population_cause { POPULATION_SNII, POPULATION_SNIA, POPULATION_AGB, N_POPULATION_CAUSES };
+enum population_cause { POPULATION_SNII, POPULATION_SNIA, POPULATION_AGB, POPULATION_WIND, N_POPULATION_CAUSES };
 extern const char *const population_cause_names[N_POPULATION_CAUSES];
 
 /* In the order of POPULATION_SNIA_CHOICES. */
@@ -25,12 +25,14 @@ struct population_options {
     double binaries;        /* A_B: part of the stars of 3 to 16 Msun in total that are binaries which explode */
     double snia_number;     /* delay: supernovae per Msun formed within 13.8 Gyr */
     double snia_o, snia_fe; /* Msun of oxygen and of iron from each SNIa */
+    double wind_loss;       /* Msun a year that each star which becomes an SNII loses before; 0: no winds */
 };
-/* 0.05 binaries or 1.3e-3 per Msun; 0.143 and 0.743 Msun (W7, Iwamoto et al. 1999). */
+/* 0.05 binaries or 1.3e-3 per Msun; 0.143 and 0.743 Msun (W7, Iwamoto et al. 1999); no winds. */
 struct population_options population_defaults(void);
 
 /* Mass fractions of the gas from which the stars formed. */
 struct population_birth { double metals, o, fe; };
+/* number: of events; of winds: years that stars have had one, all together. */
 struct population_return { double number, mass, metals, o, fe; };
 
 struct population;

@@ -7,8 +7,7 @@
 #define MODULES(X) \
     X(output) X(time) X(box) X(tree) X(leapfrog) X(pec) X(hermite4) X(hermite6) X(hermite8) \
     X(gravity) X(external) X(sph) X(clouds) X(star_formation) X(feedback) X(cooling) X(jeans) X(clumps) \
-    X(phase_diagram) \
-    X(ranks) X(steps)
+    X(phase_diagram) X(ranks) X(steps)
 
 #define GENERATORS(X) \
     X(cloud_box) X(clouds) X(clumped) X(evrard) X(galaxy) X(kepler) X(medium) X(merger) X(noh) X(plummer) X(sedov) X(spheres) X(ssp) \
@@ -17,7 +16,7 @@
 #define COMMANDS(X) \
     X(run) X(check) X(ics) X(force_test) X(info) X(compare) X(params) X(chart)
 
-#define CHARTS(X) X(cooling) X(gravity) X(group) X(hermite) X(sph) X(step) X(time)
+#define CHARTS(X) X(cooling) X(gravity) X(group) X(hermite) X(sph) X(step) X(supernova) X(time)
 
 #define DECLARE(name) extern const struct module name##_module;
 MODULES(DECLARE)

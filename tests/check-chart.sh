@@ -34,6 +34,11 @@ expect_status 0 tephra chart cooling repeats=1 n=50 step=1 part=0.01
 awk -F, '/^(cooling|heated),/ { error[$1 $2] = $6 } END { exit !(error["coolingexact"] < 1e-5 && error["heatedexact"] < 1.5e-3 &&
          error["coolingsub-steps 0.01"] < 0.02 && error["coolingbackward Euler"] > 1) }' cooling.csv || fail "unexpected: $(cat cooling.csv)"
 
+# A supernova among rows of 16 Msun gives nearly twice its momentum, among rows of 128 a sixth of it.
+expect_status 0 tephra chart supernova repeats=1 density=1 row=16,128 --threads 1
+awk -F, '$2 == 16 { over = $5 } $2 == 128 { lost = $5 } END { exit !(over > 1.6 && over < 2.1 && lost > 0.1 && lost < 0.25) }' \
+    supernova.csv || fail "unexpected: $(cat supernova.csv)"
+
 # Ten orbits, e = 0.5, some 770 steps: leapfrog keeps the energy better than pec by far.
 expect_status 0 tephra chart time orbit.csv repeats=1 n_collapse=0 n_evrard=0 eccentricity=0.5 time_step=0.1,0.2
 awk -F, '$4 == 2 { error[$2] = $6; forces[$2] = $5 }

@@ -66,6 +66,22 @@ tephra info one/snapshot_004.hdf5 >info
 grep -A30 '^gas' info | grep -m1 Oxygen | awk '{ exit !($5 > 0.0088) }' || fail "no oxygen in the gas: $(grep Oxygen info)"
 grep -A30 '^star' info | grep -m1 Iron | awk '{ exit !($3 == $5) }' || fail "the stars' own iron changed"
 
+# Winds: 1.010e5 years a Msun of stars, 0.1 of 1e35 erg/s each; 7.2 % of the mass is returned all the same.
+expect_status 0 tephra run "$scene" $small --set feedback.winds=on --out winds
+near "$(column winds/energy.csv injected_wind 0)" -0.016029 2e-3 || fail "energy of winds: $(column winds/energy.csv injected_wind 0)"
+near "$(column winds/energy.csv injected_snii 0)" -0.250195 1e-3 || fail "SNII with winds: $(column winds/energy.csv injected_snii 0)"
+near "$(column winds/energy.csv mass_star 0)" "$(column $energies mass_star 0)" 2e-4 || fail "mass with winds"
+near "$(column winds/energy.csv total 0)" "$(column winds/energy.csv total 2)" 1e-3 || fail "energy: $(column winds/energy.csv error 0)"
+head -n 1 $energies | grep -q wind && fail "winds have a column where there are none"
+
+# Told: rows too heavy for supernovae, and such that overshoot.
+expect_status 0 tephra check "$scene"
+expect_text 'radiate the heat of a supernova' err
+expect_status 0 tephra check "$TEPHRA_SOURCE/ics/supernova.yml" --set start.n=8192 --set feedback={}
+expect_text 'up to twice its momentum where n_H is above 0.13' err
+expect_status 0 tephra check "$TEPHRA_SOURCE/ics/supernova.yml" --set feedback={}
+expect_text 'resolve supernovae, for which 1 is due' err
+
 # Refused.
 expect_status 2 tephra check "$scene" --set sph=off
 expect_text 'block "feedback" needs a block "sph"' err

@@ -248,12 +248,50 @@ static void test_closed_box(void **unused)
     population_free(population);
 }
 
+/* Winds against plain sums over the stars: for how long, how much; and what leaves the supernovae. */
+static void test_winds(void **unused)
+{
+    (void)unused;
+    struct population_options options = population_defaults();
+    struct population *without = population_new(&options);
+    options.wind_loss = 1e-6;
+    struct population *population = population_new(&options);
+    const double ages[] = {1e6, 4e6, 7e6, 2e7, 5e7, 1e9};
+    for (size_t a = 0; a < sizeof ages / sizeof *ages; a++) {
+        enum { CELLS = 20000 };
+        struct population_return r[N_POPULATION_CAUSES], plain[N_POPULATION_CAUSES];
+        double years = 0, lost = 0, width = log(40 / 8.0) / CELLS;
+        for (int k = 0; k < CELLS; k++) {
+            double m = 8 * exp((k + 0.5) * width), number = imf_density(options.imf, m) * m * width;
+            double life = fmin(ages[a], population_lifetime(m, solar.metals));
+            years += number * life;
+            lost += number * fmin(1e-6 * life, 0.5 * 0.7682 * pow(m, 1.056));
+        }
+        population_returned(population, ages[a], &solar, r);
+        population_returned(without, ages[a], &solar, plain);
+        assert_near(r[POPULATION_WIND].number, years, 1e-3);
+        assert_near(r[POPULATION_WIND].mass, lost, 1e-3);
+        assert_near(r[POPULATION_WIND].o, solar.o * lost, 1e-3);
+        assert_true(r[POPULATION_SNII].number == plain[POPULATION_SNII].number && plain[POPULATION_WIND].mass == 0);
+        if (ages[a] < 4e7) continue;
+        double all = r[POPULATION_SNII].mass + r[POPULATION_WIND].mass, o = r[POPULATION_SNII].o + r[POPULATION_WIND].o;
+        assert_near(all, plain[POPULATION_SNII].mass, 1e-12);   /* nothing more than without, but earlier */
+        assert_near(o, plain[POPULATION_SNII].o, 1e-12);
+        print_message("winds: %.3e years and %.4f Msun a Msun of stars, at 1e35 erg/s %.3f of the energy of SNII\n",
+                      r[POPULATION_WIND].number, r[POPULATION_WIND].mass,
+                      r[POPULATION_WIND].number * 3.15576e42 / (1e51 * r[POPULATION_SNII].number));
+    }
+    population_free(population);
+    population_free(without);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_imfs), cmocka_unit_test(test_lives), cmocka_unit_test(test_totals),
         cmocka_unit_test(test_ages), cmocka_unit_test(test_poor_stars), cmocka_unit_test(test_closure),
         cmocka_unit_test(test_steps), cmocka_unit_test(test_closed_box),
+        cmocka_unit_test(test_winds),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
