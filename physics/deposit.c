@@ -131,16 +131,34 @@ static double push(struct sim *sim, const struct deposit *deposit, const struct 
     return scale * (scale * a + b);
 }
 
-/* The row's step by the signal velocity that it will have: twice its sound speed and how fast it leaves its place. */
-static void wish(const struct sim *sim, const struct sph *sph, int32_t j, const double from[3],
-                 struct deposit_wishes *wishes)
+/* A row that is suddenly much hotter pushes its neighbours at once, but pays only for the velocities that they will have had:
+ * what they gain in its first step comes from nowhere, and falls as the square of that step. */
+static const float much_hotter = 2, first_step = 4;
+
+/* A row as it was before the deposit. */
+struct before { double vel[3]; float u; };
+
+/* The signal velocity that the row will have: twice its sound speed and how fast it leaves its place; for its first step
+ * that of a shorter one. */
+static double signal_of(const struct sim *sim, const struct sph *sph, int32_t j, const struct before *before)
 {
     const struct species *gas = &sim->species[GAS];
-    double now[3], apart = 0;
+    double now[3], apart = 0, sound = 2 * (double)sph_sound_speed(sph, gas->u[j], gas->rho[j]);
     velocity_now(sim, j, now);
-    for (int k = 0; k < 3; k++) apart += (now[k] - from[k]) * (now[k] - from[k]);
-    double step = sph->courant * (double)gas->h[j] / (2 * (double)sph_sound_speed(sph, gas->u[j], gas->rho[j]) + sqrt(apart));
-    int rung = timeline_rung(&sim->time, step);
+    for (int k = 0; k < 3; k++) apart += (now[k] - before->vel[k]) * (now[k] - before->vel[k]);
+    return (gas->u[j] > much_hotter * before->u ? (double)first_step : 1) * sound + sqrt(apart);
+}
+
+/* Rows whose step ends now obey the signal velocity themselves, in sph's LIMIT, and so do their neighbours. */
+static void shorten(struct sim *sim, const struct sph *sph, int32_t j, const struct before *before, struct deposit_wishes *wishes)
+{
+    const struct species *gas = &sim->species[GAS];
+    double signal = signal_of(sim, sph, j, before);
+    if (timeline_active(&sim->time, gas->rung[j])) {
+        gas->signal[j] = fmaxf(gas->signal[j], (float)signal);
+        return;
+    }
+    int rung = timeline_rung(&sim->time, sph->courant * (double)gas->h[j] / signal);
     if (rung < 0 || rung >= gas->rung[j]) return;
     if (wishes->n == wishes->capacity) {
         wishes->capacity = 2 * wishes->capacity + 64;
@@ -180,19 +198,20 @@ double deposit_to_gas(struct sim *sim, const struct deposit *deposit, const stru
                       struct deposit_wishes *wishes)
 {
     const struct sph *sph = sim_state(sim, "sph");
-    double share[NEAREST_MOST], before[NEAREST_MOST][3];
+    double share[NEAREST_MOST];
+    struct before before[NEAREST_MOST];
     int32_t sleeping[NEAREST_MOST], n = 0;
     find_shares(sim, nearest, share);
     for (int k = 0; k < nearest->n; k++) {
-        velocity_now(sim, nearest->row[k], before[k]);
+        velocity_now(sim, nearest->row[k], before[k].vel);
+        before[k].u = sim->species[GAS].u[nearest->row[k]];
         add_mass(sim, deposit, nearest->row[k], share[k]);
     }
     double given = deposit->energy > 0 ? add_energy(sim, deposit, nearest, share) : 0;
     for (int k = 0; k < nearest->n; k++) {
         int32_t j = nearest->row[k];
-        if (timeline_active(&sim->time, sim->species[GAS].rung[j])) continue;
-        wish(sim, sph, j, before[k], wishes);
-        sleeping[n++] = j;
+        shorten(sim, sph, j, &before[k], wishes);
+        if (!timeline_active(&sim->time, sim->species[GAS].rung[j])) sleeping[n++] = j;
     }
     qsort(sleeping, (size_t)n, sizeof *sleeping, ascending);
     tree_follow_rows(sim, GAS, sleeping, n);

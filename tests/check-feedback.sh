@@ -61,6 +61,13 @@ done
 # Heated at random: 0.25 in the mean, in jumps of 0.0175.
 near "$(column stochastic1/energy.csv injected_snii 0)" -0.25 0.9 || fail "heated: $(column stochastic1/energy.csv injected_snii 0)"
 
+# Rows that become a thousand times hotter at once: 2.6e-3 of the thermal energy (1.1e-2 without a shorter first step).
+expect_status 0 tephra run "$TEPHRA_SOURCE/ics/star_box.yml" --set start.n=1000 --set "time.end=125 Myr" --set feedback.variant=stochastic --out jumps
+awk -F, 'NR == 1 { for (i = 1; i <= NF; i++) { sub(/ .*/, "", $i); at[$i] = i } next }
+    NR == 2 { first = $at["total"] } { heat = $at["thermal"] > heat ? $at["thermal"] : heat; off = $at["total"] - first }
+    END { exit !(off < 5e-3 * heat && off > -5e-3 * heat && $at["injected_snii"] < -heat) }' jumps/energy.csv ||
+    fail "energy of jumps: $(tail -n 1 jumps/energy.csv)"
+
 # Oxygen and iron of gas and stars: no less in stars, more in the gas.
 tephra info one/snapshot_004.hdf5 >info
 grep -A30 '^gas' info | grep -m1 Oxygen | awk '{ exit !($5 > 0.0088) }' || fail "no oxygen in the gas: $(grep Oxygen info)"
