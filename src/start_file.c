@@ -146,7 +146,8 @@ static void read_header(struct reader *r)
     read_units(r);
     double start = 0;
     if (h5_read_attr(r->file, "Header", "Time", &start, 1)) r->sim->time.start = start * file_factor(r, "L V^-1");
-    if (!isfinite(start)) problems_add(&r->sim->problems, "%s: its Time is %g: correct the attribute of its Header", r->path, start);
+    if (!isfinite(start))
+        problems_add(&r->sim->problems, "%s: its Time is %g: correct the attribute of its Header", r->path, start);
     read_box(r);
     if (start != 0) log_line("%s: the run starts at the file's time, %g", r->path, r->sim->time.start);
 }
@@ -250,8 +251,7 @@ static void read_group(struct reader *r, int type)
     }
     if (r->count[type] >= 0 && r->count[type] != (double)g.n)
         problems_add(&r->sim->problems, "%s: Header promises %.0f rows of PartType%d, Coordinates has %" PRId64
-                     ": the file is not whole; write it anew",
-                     r->path, r->count[type], type, g.n);
+                     ": the file is not whole; write it anew", r->path, r->count[type], type, g.n);
     static const enum column always[] = {COLUMN_pos, COLUMN_vel, COLUMN_mass, COLUMN_id};
     for (int i = 0; i < 4; i++) species_need(g.table, always[i]);
     g.first = g.table->n;
@@ -346,7 +346,8 @@ static void check_rows(struct reader *r)
         for (int c = FIRST_ELEMENT; c < END_ELEMENTS; c++) check_column(r, table, c, 0, INFINITY);
         for (int64_t i = 0; i < table->n; i++) mass += table->mass[i];
     }
-    if (mass == 0) problems_add(&r->sim->problems, "%s: all masses are 0: give the rows Masses, or the Header a MassTable", r->path);
+    if (mass == 0)
+        problems_add(&r->sim->problems, "%s: all masses are 0: give the rows Masses, or the Header a MassTable", r->path);
     check_ids(r);
 }
 
@@ -362,8 +363,7 @@ void start_file_read(struct sim *sim, const char *path)
         if (h5_exists(reader.file, group)) read_group(&reader, t);
         else if (reader.count[t] > 0)
             problems_add(&sim->problems, "%s: Header promises %.0f rows of PartType%d, and there is no such group: "
-                         "the file is not whole; write it anew", path,
-                         reader.count[t], t);
+                         "the file is not whole; write it anew", path, reader.count[t], t);
     }
     for_species(sim, table) rows += table->n;
     if (h5_error(reader.file))
