@@ -2,7 +2,9 @@
  * The integrators as modules. leapfrog: kick-drift-kick. pec: predictor, one evaluation, corrector,
  * the evaluation serving as the next start value (Heun's scheme with one force a step). */
 #include "integrate.h"
+#include "log.h"
 #include "module.h"
+#include <math.h>
 
 /* Rows below which a loop is not worth waking threads for. */
 enum { FEW = 4096 };
@@ -85,14 +87,42 @@ static void correct_pec(struct sim *sim, void *state)
     if (sim->time.tick > 0) sim->fresh_potential = false;   /* the rows have moved */
 }
 
+/* The fastest oscillations that the step criteria leave, in omega dt. A row swings through its softening length with
+ * omega^2 = |a|/eps, a gas row through its kernel with |a|/h: steps of eta sqrt(2 eps/|a|) make that sqrt(2) eta. Sound
+ * of the wavelength of two rows has omega = pi c/d, and dt = C h/(2c) with h = 1.14 d of 50 neighbours. */
+static void warn_beyond(const struct sim *sim, double stable)
+{
+    const double swing = sqrt(2), sound = 0.5 * M_PI * 1.14;
+    const struct { const char *name; double factor; } criteria[] = {
+        {"time_step", swing}, {"acceleration", swing}, {"courant", sound}};
+    for (size_t c = 0; c < sizeof criteria / sizeof *criteria; c++) {
+        const double value = sim_real(sim, criteria[c].name, 0), z = value * criteria[c].factor;
+        if (z > stable && !sim->time.classic)
+            log_warning("%s = %g lets rows swing with omega dt = %.2f; this integrator is stable up to %.2f", criteria[c].name,
+                        value, z, stable);
+    }
+}
+
+static void warn_leapfrog(struct sim *sim, void *state)
+{
+    (void)state;
+    warn_beyond(sim, 2);
+}
+
+static void warn_pec(struct sim *sim, void *state)
+{
+    (void)state;
+    warn_beyond(sim, sim->time.evaluations > 1 ? 2 : sqrt(2));
+}
+
 const struct module leapfrog_module = {
     .name = "leapfrog", .doc = "kick-drift-kick, time-reversible", .kind = MODULE_INTEGRATOR,
-    .declare = declare,
+    .declare = declare, .warn = warn_leapfrog,
     .hook = {[HOOK_PREDICT] = predict, [HOOK_ARRANGE] = arrange, [HOOK_CORRECT] = correct_leapfrog},
 };
 
 const struct module pec_module = {
     .name = "pec", .doc = "predictor-corrector with one evaluation a step", .kind = MODULE_INTEGRATOR,
-    .declare = declare,
+    .declare = declare, .warn = warn_pec,
     .hook = {[HOOK_PREDICT] = predict, [HOOK_ARRANGE] = arrange, [HOOK_CORRECT] = correct_pec},
 };

@@ -179,4 +179,12 @@ for beyond in 'tree opening_angle=0.9 0.8' 'fmm tolerance=0.1 1e-2'; do
     expect_status 0 tephra check good.yml --set gravity.solver=$1 --set "gravity.${2%%=*}=$3"
     grep -q 'err by up to' err && fail "$1 $2: a warning within the boundary"
 done
+# Steps beyond what the integrator holds: omega dt = sqrt 2 of pec, 2 of leapfrog.
+expect_status 0 tephra check good.yml --set time.integrator=pec --set gravity.time_step=1.1
+expect_text 'omega dt = 1.56; this integrator is stable up to 1.41' err
+for within in 'pec 0.99' 'leapfrog 1.1'; do
+    set -- $within
+    expect_status 0 tephra check good.yml --set time.integrator=$1 --set gravity.time_step=$2
+    grep -q 'omega dt' err && fail "$1 time_step=$2: a warning within the boundary"
+done
 finish
