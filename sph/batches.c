@@ -35,11 +35,14 @@ static void reserve(const struct sim *sim, struct sph *sph)
             sph->work[sph->n_work]->meet = sph->meet;
         }
     }
-    sph_drop_lists(sph);
-    sph->arena_size = room(sph, gas, ROW_RUNS, LONE_RUNS);
-    sph->arena = mem_array("sph", struct sph_run, sph->arena_size);
-    sph->met_size = room(sph, gas, ROW_MET, LONE_MET);
-    sph->met = mem_array("sph", uint16_t, sph->met_size);
+    int64_t runs = room(sph, gas, ROW_RUNS, LONE_RUNS), met = room(sph, gas, ROW_MET, LONE_MET);
+    if (runs > sph->arena_size || met > sph->met_size) {
+        sph_drop_lists(sph);
+        sph->arena = mem_array("sph", struct sph_run, runs);
+        sph->met = mem_array("sph", uint16_t, met);
+        sph->arena_size = runs;
+        sph->met_size = met;
+    }
     sph->arena_used = 0;
     sph->batch = mem_resize("sph", sph->batch, (size_t)sph_most_batches(sph, gas->n_active) * sizeof *sph->batch);
 }

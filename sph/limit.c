@@ -257,5 +257,5 @@ void sph_limit(struct sim *sim, void *state)
         gas->dt[i] = fminf(gas->dt[i], (float)step.dt);
     }
     if (!sim->time.common && gas->n_ending > 0) bring_near(sim, sph);
-    sph_drop_lists(sph);
+    if (timeline_synchronous(&sim->time)) sph_drop_lists(sph);
 }

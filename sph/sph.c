@@ -8,6 +8,7 @@
 #include "mem.h"
 #include "module.h"
 #include "sph.h"
+#include "steps.h"
 #include <math.h>
 
 static const struct param params[] = {
@@ -187,6 +188,11 @@ static void begin(struct sim *sim, void *state)
     check_units(sim, state);
 }
 
+static void give_room(struct sim *sim, void *state)
+{
+    if (steps_rebuild_due(sim)) sph_drop_lists(state);
+}
+
 static void end(struct sim *sim, void *state)
 {
     (void)sim;
@@ -222,5 +228,6 @@ const struct module sph_module = {
     .params = params, .state_bytes = sizeof(struct sph),
     .declare = declare, .begin = begin, .end = end, .energy = energy, .temperature = temperature, .kelvin = kelvin,
     .reason = sph_reason, .warn = warn,
-    .hook = {[HOOK_H] = sph_smooth, [HOOK_DENSITY] = sph_density, [HOOK_FORCE] = sph_force, [HOOK_LIMIT] = sph_limit},
+    .hook = {[HOOK_PREDICT] = give_room, [HOOK_H] = sph_smooth, [HOOK_DENSITY] = sph_density, [HOOK_FORCE] = sph_force,
+             [HOOK_LIMIT] = sph_limit},
 };

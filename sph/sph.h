@@ -74,7 +74,8 @@ void sph_make_batches(struct sim *sim, struct sph *sph);
 /* Divides n rows of the gas, ascending, into batches without lists; returns their number, sph_most_batches at most. */
 int32_t sph_divide(const struct sim *sim, const struct sph *sph, const int32_t *row, int64_t n, struct sph_batch *batch);
 int64_t sph_most_batches(const struct sph *sph, int64_t n);
-/* After LIMIT nothing asks for batches and lists: rebuilds of the tree, snapshots and pictures have their room. */
+/* After LIMIT nothing asks for batches and lists. They go where rebuilds of the tree, snapshots and pictures need their room;
+ * from one small step to the next they stay, since memory that is given back must be mapped anew. */
 void sph_drop_lists(struct sph *sph);
 void sph_free_batches(struct sph *sph);
 /* Keeps the tile's rows as the list of the batch, if the arena has room. */

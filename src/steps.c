@@ -27,20 +27,19 @@ static int64_t count_rows(const struct sim *sim)
     return rows;
 }
 
-static bool rebuild_due(const struct sim *sim)
+bool steps_rebuild_due(const struct sim *sim)
 {
     double rows = (double)count_rows(sim), ending = 0;
     for_species(sim, s) ending += (double)s->n_ending;
     return sim->tree.built < 0 || sim->rebuild_next || ending >= rebuild_share * rows
-        || (double)sim->unsorted >= rebuild_updates * rows;
+        || (double)sim->unsorted + ending >= rebuild_updates * rows;
 }
 
 static void tree_arrange(struct sim *sim, void *state)
 {
     (void)state;
     if (sim->tree.leaf_size == 0) tree_need_leaf(&sim->tree, LEAF_ROWS);
-    for_species(sim, s) sim->unsorted += s->n_ending;
-    if (rebuild_due(sim)) {
+    if (steps_rebuild_due(sim)) {
         box_wrap_rows(sim);
         tree_build(sim);
         if (sim->failure.set) return;
@@ -49,6 +48,7 @@ static void tree_arrange(struct sim *sim, void *state)
         sim->rebuild_next = false;
         sim->unsorted = 0;
     } else {
+        for_species(sim, s) sim->unsorted += s->n_ending;
         tree_refit(sim);
     }
     tree_mark_active(sim);

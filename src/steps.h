@@ -3,8 +3,12 @@
 #ifndef TEPHRA_STEPS_H
 #define TEPHRA_STEPS_H
 
+#include <stdbool.h>
+
 struct sim;
 
+/* Whether the tree is built anew in this step's ARRANGE; from PREDICT on. */
+bool steps_rebuild_due(const struct sim *sim);
 /* The smallest step of all rows that are active now: its criterion and its row. On every rank. */
 void steps_log_smallest(struct sim *sim);
 /* At the end of a run: the updates that common steps, each as long as its shortest row allows, would have taken
