@@ -12,6 +12,7 @@
 #include "module.h"
 #include "ranks.h"
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* Sources of a partial sum; targets that are summed before their parts are added up; targets of one thread's turn. */
@@ -85,6 +86,36 @@ static void declare(struct sim *sim, struct hermite *h, int p)
 static void declare4(struct sim *sim, void *state) { declare(sim, state, 2); }
 static void declare6(struct sim *sim, void *state) { declare(sim, state, 3); }
 static void declare8(struct sim *sim, void *state) { declare(sim, state, 4); }
+
+struct place { double pos[3]; uint64_t id; };
+
+static int by_place(const void *a, const void *b)
+{
+    const struct place *left = a, *right = b;
+    for (int k = 0; k < 3; k++)
+        if (left->pos[k] != right->pos[k]) return left->pos[k] < right->pos[k] ? -1 : 1;
+    return (left->id > right->id) - (left->id < right->id);
+}
+
+/* Two rows at one place do not pull without a softening; apart by the least they pull without limit. */
+static void check_places(const struct sim *sim, const struct hermite *h)
+{
+    int64_t n = 0, rows = 0;
+    for_species(sim, s) rows += s->n;
+    struct place *place = mem_array("hermite", struct place, rows);
+    for_species(sim, s)
+        for (int64_t i = 0; i < s->n && h->gravity->half_soft2[s->kind] == 0; i++, n++) {
+            memcpy(place[n].pos, s->pos[i], sizeof place[n].pos);
+            place[n].id = s->id[i];
+        }
+    qsort(place, (size_t)n, sizeof *place, by_place);
+    for (int64_t i = 1; i < n; i++)
+        if (memcmp(place[i - 1].pos, place[i].pos, sizeof place[i].pos) == 0)
+            fail(STATUS_INPUT, "hermite%d: particles %llu and %llu lie at one place and have no softening: their force is without "
+                 "limit; give gravity.softening, or move one", 2 * h->p, (unsigned long long)place[i - 1].id,
+                 (unsigned long long)place[i].id);
+    mem_free(place);
+}
 
 static void end(struct sim *sim, void *state)
 {
@@ -259,6 +290,7 @@ static void start(struct sim *sim, struct hermite *h)
     const int n = hermite_kept(h->p);
     const uint64_t columns = (uint64_t)1 << COLUMN_acc_exact | (uint64_t)1 << COLUMN_jerk | (uint64_t)1 << COLUMN_snap
                            | (uint64_t)1 << COLUMN_crackle;
+    check_places(sim, h);
     for (int pass = 0; pass < 2; pass++) {
         stage(sim, h, 4, true);
         evaluate(h, 4);

@@ -66,5 +66,17 @@ expect_status 2 tephra check "$cluster" --set 'hermite6={eta: 1}'
 expect_text 'only with time.integrator: hermite6' err
 expect_status 2 tephra check "$TEPHRA_SOURCE/ics/evrard.yml" --set time.integrator=hermite4
 expect_text 'without derivatives' err
+python=${PYTHON:-/usr/bin/python3}
+if "$python" -c 'import h5py' 2>/dev/null; then
+    tephra ics plummer n=20 -o twin.hdf5
+    "$python" -c 'import h5py
+with h5py.File("twin.hdf5", "r+") as f:
+    x = f["PartType1/Coordinates"]
+    x[7] = x[3]'
+    printf 'start: {file: twin.hdf5}\nunits: {G: 1}\ntime: {end: 1, integrator: hermite4}\noutput: {snapshot_every: 1}\n' >twin.yml
+    printf 'gravity: {softening: 0}\n' >>twin.yml
+    expect_status 2 tephra check twin.yml;    expect_text 'particles 4 and 8 lie at one place' err
+    expect_status 0 tephra check twin.yml --set gravity.softening=0.01
+fi
 expect_status 2 tephra check "$cluster" --set time.integrator=hermite5;          expect_text 'hermite4' err
 finish
