@@ -71,8 +71,9 @@ double clouds_radius(const struct sim *sim, double mass) { return radius_of(sim_
 
 static void declare(struct sim *sim, void *state)
 {
-    (void)state;
+    struct clouds *clouds = state;
     sim->species[CLOUD].shrinks = true;
+    clouds->suns = sim->units.mass / CONST_M_SUN;
     if (!sim->units.physical) problems_add(&sim->problems, "clouds needs physical units: this scene is dimensionless");
 }
 
@@ -80,7 +81,6 @@ static void begin(struct sim *sim, void *state)
 {
     struct clouds *clouds = state;
     const struct species *cloud = &sim->species[CLOUD];
-    clouds->suns = sim->units.mass / CONST_M_SUN;
     clouds->years = units_cgs(&sim->units, "time") / CONST_YEAR;
     for (int64_t i = 0; i < cloud->n; i++) clouds->widest = fmax(clouds->widest, radius_of(clouds, cloud->mass[i]));
     if (sim->time.tick == 0) clouds->at = timeline_now(&sim->time);

@@ -17,8 +17,7 @@ bool deposit_reaches(const struct sim *sim, const struct nearest *nearest)
     return false;
 }
 
-/* Shares that sum to 1; equal ones if the kernel reaches nobody. */
-static void find_shares(const struct sim *sim, const struct nearest *nearest, double share[NEAREST_MOST])
+void deposit_shares(const struct sim *sim, const struct nearest *nearest, double share[NEAREST_MOST])
 {
     const struct species *gas = &sim->species[GAS];
     double h = 0.5 * sqrt(nearest->r2[nearest->n - 1]), sum = 0;
@@ -30,7 +29,7 @@ static void find_shares(const struct sim *sim, const struct nearest *nearest, do
     for (int k = 0; k < nearest->n; k++) share[k] = sum > 0 ? share[k] / sum : 1.0 / nearest->n;
 }
 
-static void velocity_now(const struct sim *sim, int32_t j, double vel[3])
+void deposit_velocity(const struct sim *sim, int32_t j, double vel[3])
 {
     const struct species *gas = &sim->species[GAS];
     double lag = timeline_lag(&sim->time, gas->rung[j], gas->rung0[j]);
@@ -50,7 +49,7 @@ static double mix(struct sim *sim, int32_t j, double mass, const double vel[3])
 {
     const double old = sim->species[GAS].mass[j], whole = old + mass;
     double now[3], square = 0;
-    velocity_now(sim, j, now);
+    deposit_velocity(sim, j, now);
     for (int k = 0; k < 3; k++) {
         double apart = vel[k] - now[k];
         kick(sim, j, k, mass / whole * apart);
@@ -117,7 +116,7 @@ static double push(struct sim *sim, const struct deposit *deposit, const struct 
     const double *mass = sim->species[GAS].mass;
     find_directions(sim, deposit, nearest, share, away);
     for (int k = 0; k < nearest->n; k++) {
-        velocity_now(sim, nearest->row[k], vel);
+        deposit_velocity(sim, nearest->row[k], vel);
         for (int x = 0; x < 3; x++) {
             double p = deposit->momentum * away[k][x];
             a += 0.5 * p * p / mass[nearest->row[k]];
@@ -138,13 +137,20 @@ static const float much_hotter = 2, first_step = 4;
 /* A row as it was before the deposit. */
 struct before { double vel[3]; float u; };
 
+static struct before before_of(const struct sim *sim, int32_t j)
+{
+    struct before before = {.u = sim->species[GAS].u[j]};
+    deposit_velocity(sim, j, before.vel);
+    return before;
+}
+
 /* The signal velocity that the row will have: twice its sound speed and how fast it leaves its place; for its first step
  * that of a shorter one. */
 static double signal_of(const struct sim *sim, const struct sph *sph, int32_t j, const struct before *before)
 {
     const struct species *gas = &sim->species[GAS];
     double now[3], apart = 0, sound = 2 * (double)sph_sound_speed(sph, gas->u[j], gas->rho[j]);
-    velocity_now(sim, j, now);
+    deposit_velocity(sim, j, now);
     for (int k = 0; k < 3; k++) apart += (now[k] - before->vel[k]) * (now[k] - before->vel[k]);
     return (gas->u[j] > much_hotter * before->u ? (double)first_step : 1) * sound + sqrt(apart);
 }
@@ -194,20 +200,11 @@ static double add_energy(struct sim *sim, const struct deposit *deposit, const s
     return deposit->energy;
 }
 
-double deposit_to_gas(struct sim *sim, const struct deposit *deposit, const struct nearest *nearest,
-                      struct deposit_wishes *wishes)
+/* Rows in the midst of their step whose velocity has changed: the tree follows, and those that are fast are to wake. */
+static void follow(struct sim *sim, const struct nearest *nearest, const struct before *before, struct deposit_wishes *wishes)
 {
     const struct sph *sph = sim_state(sim, "sph");
-    double share[NEAREST_MOST];
-    struct before before[NEAREST_MOST];
     int32_t sleeping[NEAREST_MOST], n = 0;
-    find_shares(sim, nearest, share);
-    for (int k = 0; k < nearest->n; k++) {
-        velocity_now(sim, nearest->row[k], before[k].vel);
-        before[k].u = sim->species[GAS].u[nearest->row[k]];
-        add_mass(sim, deposit, nearest->row[k], share[k]);
-    }
-    double given = deposit->energy > 0 ? add_energy(sim, deposit, nearest, share) : 0;
     for (int k = 0; k < nearest->n; k++) {
         int32_t j = nearest->row[k];
         shorten(sim, sph, j, &before[k], wishes);
@@ -215,5 +212,60 @@ double deposit_to_gas(struct sim *sim, const struct deposit *deposit, const stru
     }
     qsort(sleeping, (size_t)n, sizeof *sleeping, ascending);
     tree_follow_rows(sim, GAS, sleeping, n);
+}
+
+void deposit_push(struct sim *sim, const struct nearest *nearest, const double impulse[3], double heat,
+                  struct deposit_wishes *wishes)
+{
+    struct species *gas = &sim->species[GAS];
+    double share[NEAREST_MOST];
+    struct before before[NEAREST_MOST];
+    deposit_shares(sim, nearest, share);
+    for (int k = 0; k < nearest->n; k++) {
+        int32_t j = nearest->row[k];
+        before[k] = before_of(sim, j);
+        for (int x = 0; x < 3; x++) kick(sim, j, x, share[k] * impulse[x] / gas->mass[j]);
+        gas->u[j] += (float)(share[k] * heat / gas->mass[j]);
+    }
+    follow(sim, nearest, before, wishes);
+}
+
+void deposit_withdraw(struct sim *sim, const struct nearest *nearest, double mass, struct deposit *drawn)
+{
+    struct species *gas = &sim->species[GAS];
+    double share[NEAREST_MOST], vel[3], momentum[3] = {0};
+    deposit_shares(sim, nearest, share);
+    *drawn = (struct deposit){.mass = mass};
+    for (int k = 0; k < nearest->n; k++) {
+        int32_t j = nearest->row[k];
+        double part = share[k] * mass, rest = 1 - part / gas->mass[j];
+        deposit_velocity(sim, j, vel);
+        for (int x = 0; x < 3; x++) {
+            momentum[x] += part * vel[x];
+            drawn->energy += 0.5 * part * vel[x] * vel[x];
+        }
+        drawn->energy += part * (double)gas->u[j];
+        for (int c = FIRST_ELEMENT; c < END_ELEMENTS; c++) {
+            double *element = species_column(gas, (enum column)c);
+            if (element) drawn->element[c - FIRST_ELEMENT] += (1 - rest) * element[j];
+            if (element) element[j] *= rest;
+        }
+        gas->mass[j] -= part;
+    }
+    for (int x = 0; x < 3; x++) drawn->vel[x] = momentum[x] / mass;
+}
+
+double deposit_to_gas(struct sim *sim, const struct deposit *deposit, const struct nearest *nearest,
+                      struct deposit_wishes *wishes)
+{
+    double share[NEAREST_MOST];
+    struct before before[NEAREST_MOST];
+    deposit_shares(sim, nearest, share);
+    for (int k = 0; k < nearest->n; k++) {
+        before[k] = before_of(sim, nearest->row[k]);
+        add_mass(sim, deposit, nearest->row[k], share[k]);
+    }
+    double given = deposit->energy > 0 ? add_energy(sim, deposit, nearest, share) : 0;
+    follow(sim, nearest, before, wishes);
     return given;
 }

@@ -33,6 +33,16 @@ struct deposit_wishes { struct deposit_wish { int32_t row; uint8_t rung; } *list
  * PUSH, what came of it. */
 double deposit_to_gas(struct sim *sim, const struct deposit *deposit, const struct nearest *nearest,
                     struct deposit_wishes *wishes);
+/* Shares of the rows, which sum to 1; equal ones if the kernel reaches nobody. */
+void deposit_shares(const struct sim *sim, const struct nearest *nearest, double share[NEAREST_MOST]);
+/* Velocity now of a gas row. */
+void deposit_velocity(const struct sim *sim, int32_t row, double vel[3]);
+/* Gives the rows their shares of a momentum and of heat. */
+void deposit_push(struct sim *sim, const struct nearest *nearest, const double impulse[3], double heat,
+                  struct deposit_wishes *wishes);
+/* Takes mass from the rows, each its share with its velocity, elements and specific energy. drawn: mass, its mean velocity,
+ * elements, and kinetic and thermal energy that went with it. */
+void deposit_withdraw(struct sim *sim, const struct nearest *nearest, double mass, struct deposit *drawn);
 /* In LIMIT, after sph: lowers the rungs. Forgets the wishes. */
 void deposit_wake(struct sim *sim, struct deposit_wishes *wishes);
 #endif

@@ -94,9 +94,10 @@ static void declare(struct sim *sim, void *state)
 {
     struct feedback *feedback = state;
     const struct sph *sph = sim_state(sim, "sph");
-    static const enum species_kind kinds[] = {GAS, STAR};
+    static const enum species_kind kinds[] = {GAS, STAR, CLOUD};
+    const int with_elements = sim_state(sim, "clouds") ? 3 : 2;
     static const enum column of_stars[] = {COLUMN_birth, COLUMN_mass_born, COLUMN_age_paid};
-    for (int s = 0; s < 2; s++)
+    for (int s = 0; s < with_elements; s++)
         for (int c = FIRST_ELEMENT; c < END_ELEMENTS; c++) species_need(&sim->species[kinds[s]], (enum column)c);
     for (int c = 0; c < 3; c++) species_need(&sim->species[STAR], of_stars[c]);
     if (sph->eos != SPH_ADIABATIC)
@@ -123,7 +124,7 @@ static void enrich(struct species *s, double metallicity)
 static void begin(struct sim *sim, void *state)
 {
     struct feedback *feedback = state;
-    struct species *star = &sim->species[STAR], *gas = &sim->species[GAS];
+    struct species *star = &sim->species[STAR], *gas = &sim->species[GAS], *cloud = &sim->species[CLOUD];
     struct population_options options = population_defaults();
     options.imf = (enum imf_kind)feedback->imf;
     options.snia = (enum population_snia)feedback->snia;
@@ -139,6 +140,7 @@ static void begin(struct sim *sim, void *state)
     feedback->at = timeline_now(&sim->time);
     if (gas->n > 0) enrich(gas, feedback->metallicity);
     if (star->n > 0) enrich(star, feedback->metallicity);
+    if (cloud->n > 0 && cloud->metals) enrich(cloud, feedback->metallicity);
     for (int64_t i = 0; i < star->n; i++) {
         if (star->mass_born[i] == 0) star->mass_born[i] = star->mass[i];
         if (star->age_paid[i] == 0) star->age_paid[i] = fmax(timeline_now(&sim->time) - star->birth[i], 0);
@@ -333,6 +335,9 @@ static void budget(struct sim *sim, void *state, struct energy_sink *sink)
         sink->add(sink, name, element_mass(&sim->species[GAS], (enum column)(FIRST_ELEMENT + e)) * feedback->suns);
         snprintf(name, sizeof name, "%s_star [Msun]", elements[e]);
         sink->add(sink, name, element_mass(&sim->species[STAR], (enum column)(FIRST_ELEMENT + e)) * feedback->suns);
+        snprintf(name, sizeof name, "%s_cloud [Msun]", elements[e]);
+        if (sim->species[CLOUD].metals)
+            sink->add(sink, name, element_mass(&sim->species[CLOUD], (enum column)(FIRST_ELEMENT + e)) * feedback->suns);
         snprintf(name, sizeof name, "%s_made [Msun]", elements[e]);
         sink->add(sink, name, one * feedback->made[e] * feedback->suns);
     }

@@ -191,7 +191,7 @@ static void form(struct sim *sim, struct star_formation *sf, int64_t i, double m
     double part = mass / gas->mass[i];
     copy_state(sim, i, to);
     gas->du[i] *= (float)(1 / (1 - part));
-    star->id[to] = gas->id[i] | (uint64_t)++gas->children[i] << BIRTH_BIT;
+    star->id[to] = species_child(gas->id[i], ++gas->children[i]);
     star->mass[to] = star->mass_born[to] = mass;
     star->birth[to] = timeline_now(&sim->time);
     for (int c = FIRST_ELEMENT; c < END_ELEMENTS; c++) {
@@ -220,7 +220,7 @@ static void event(struct sim *sim, void *state)
     for (int64_t e = 0; e < gas->n_ending; e++) {
         int64_t i = gas->ending[e];
         double dt = timeline_step(&sim->time, gas->rung0[i]);
-        if (dt == 0 || gas->children[i] == UINT8_MAX) continue;
+        if (dt == 0 || gas->children[i] == UINT8_MAX || species_child(gas->id[i], 1) == 0) continue;
         mass[e] = sf->criterion == JEANS ? jeans_mass(sim, sf, i, dt) : schmidt_mass(sim, sf, i, dt);
     }
     for (int64_t e = 0; e < gas->n_ending; e++) {

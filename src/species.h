@@ -45,6 +45,10 @@ size_t species_widest(const struct species *table);
 void species_gather(enum column column, const void *from, void *to, const int32_t *order, int64_t n);
 /* Reorders every KEEP column: new row i is old row order[i]; n rows remain. */
 void species_permute(struct species *table, const int32_t *order, int64_t n);
+/* Id of the number-th row (1 to 255) that was born from another: the number in the bits from 48 on, or, where these are in
+ * use, from 56 on; 0 if those are in use too. */
+static inline uint64_t species_child(uint64_t parent, unsigned number)
+{ return parent >> 56 ? 0 : parent | (uint64_t)number << (parent >> 48 ? 56 : 48); }
 /* A row that was taken (ranks_remove): it has no mass and lies there until the tree is rebuilt. */
 static inline bool species_gone(const struct species *table, int64_t i) { return table->shrinks && table->id[i] == UINT64_MAX; }
 /* Rows that are not gone. */
