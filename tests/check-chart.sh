@@ -14,7 +14,7 @@ expect_status 2 tephra chart step m=3;        expect_text 'chart.m: unknown key 
 expect_status 2 tephra chart step n=1e3,10x;  expect_text 'chart.n = 1e3,10x: unknown unit "x"' err
 expect_status 2 tephra chart step n=2;        expect_text 'chart.n = 2: must lie in 16' err
 expect_status 2 tephra chart step a.png;      expect_text 'the picture lies beside it' err
-expect_status 2 tephra chart step no/a.csv;   expect_text 'no/a.csv.tmp: cannot be written' err
+expect_status 2 tephra chart step no/a.csv;   expect_text 'no/a.csv: cannot be written' err
 [ -z "$(ls | grep -v -e out_text -e err)" ] || fail "a mistake leaves files: $(ls)"
 
 expect_status 0 tephra chart step n=500,4000 repeats=2

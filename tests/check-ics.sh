@@ -39,7 +39,7 @@ wrong 'expects key=value' plummer n=10 radius
 wrong 'not understood' plummer n=10 --radius=3
 expect_status 2 tephra ics plummer n=10;                expect_text '-o FILE' err
 [ ! -e no.hdf5 ] || fail 'a file was written'
-expect_status 5 tephra ics plummer n=10 -o nowhere/a.hdf5; expect_text 'nowhere' err
+expect_status 2 tephra ics plummer n=10 -o nowhere/a.hdf5; expect_text 'nowhere' err
 
 expect_status 0 tephra params
 for word in units.length start.n start.cut time.end output.snapshot_every gravity.softening sph.neighbours; do
