@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * A simulation: all state of one run. There are no mutable globals. */
+ * A simulation: all state of one run. What belongs to the process instead (log, memory by owner, signals, advice on
+ * failure, instruction set) is static in its one file; tests/check-style knows them. */
 #ifndef TEPHRA_SIM_H
 #define TEPHRA_SIM_H
 #include "box.h"

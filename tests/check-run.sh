@@ -122,8 +122,43 @@ if [ $status -eq 4 ]; then
 else
     fail "SIGTERM: exit status $status, not 4"
 fi
+# So do SIGUSR1 and a file `stop`; SIGUSR2 asks for a snapshot and the run goes on.
+# ask FOLDER COMMAND...: a run there, and the command once its first snapshot stands; the status of the run in $status.
+ask() {
+    folder=$1; shift
+    tephra run "$scene" $small --set output.snapshot_every=0.2 --set output.energy_every=0.0125 --out $folder >/dev/null 2>&1 &
+    pid=$!
+    while [ ! -s $folder/snapshot_000.hdf5 ] && kill -0 $pid 2>/dev/null; do sleep 0.02; done
+    "$@"
+    wait $pid; status=$?
+}
+by_signal() { kill -$1 $pid; }
+ask usr1 by_signal USR1
+[ $status -eq 4 ] && [ -s usr1/checkpoint.hdf5 ] || fail "SIGUSR1: exit status $status, not 4, or no checkpoint"
+ask by_file touch by_file/stop
+[ $status -eq 4 ] && [ -s by_file/checkpoint.hdf5 ] || fail "a file stop: exit status $status, not 4, or no checkpoint"
+[ ! -e by_file/stop ] || fail "the file stop is still there"
+ask usr2 by_signal USR2
+[ $status -eq 0 ] || fail "SIGUSR2: exit status $status, not 0"
+[ -s usr2/snapshot_003.hdf5 ] || fail "SIGUSR2 gave no snapshot: $(ls usr2)"
+tephra info usr2/snapshot_001.hdf5 | awk '$1 == "time" && NF == 2 { t = $2 } END { exit !(t > 0 && t < 0.2) }' ||
+    fail "the snapshot asked for is not the first"
 tephra run "$scene" $small --out wall --max-wall 0s >/dev/null 2>&1
 [ $? -eq 4 ] || fail "--max-wall: exit status is not 4"
+
+# A column that no module asked for is NULL, and no file has it: not the smoothing length of dark rows, nor the temperature or
+# the metals of this gas; what was asked for is there.
+tephra info one/snapshot_004.hdf5 >out_text
+for set in Coordinates InternalEnergy SmoothingLength Density; do expect_text "$set" out_text; done
+for set in Metallicity OxygenFraction StellarFormationTime InitialMass Temperature; do
+    grep -q "$set" out_text && fail "a run that does not model $set has it in its files"
+done
+expect_status 0 tephra run "$TEPHRA_SOURCE/ics/plummer.yml" --set start.n=100 --set time.end=0.01 --out bare
+tephra info bare/snapshot_000.hdf5 >out_text
+expect_text Coordinates out_text
+for set in InternalEnergy SmoothingLength Density; do
+    grep -q "$set" out_text && fail "a scene without sph has $set in its files"
+done
 
 # A scene without gas has neither its columns nor its cost.
 expect_status 0 tephra check "$TEPHRA_SOURCE/ics/plummer.yml" --set start.n=500
