@@ -106,8 +106,8 @@ bool gravity_direct_device(struct sim *sim, struct gravity *g, enum gravity_outp
 void gravity_direct_rows(const struct sim *sim, const struct gravity *g, const struct species *s,
                          const int32_t *list, int64_t n, double (*acc)[4]);
 
-/* A row of the shipped chart doc/charts/gravity.csv: opening is the tolerance of fmm or the angle of tree; cpu:
- * seconds of one force of 1e6 rows. row NULL ends. */
+/* A row of the shipped chart doc/charts/gravity.csv: opening is the tolerance of fmm or the angle of tree; p99: the worst
+ * of its sets, as `accuracy` counts errors; cpu: microseconds a row of Plummer's sphere. row NULL ends. */
 struct gravity_front { double accuracy; const char *row; int order; double opening, p99, cpu; };
 /* The measured front of a solver, and its entry for an accuracy. */
 const struct gravity_front *gravity_settings_front(enum gravity_solver solver);
