@@ -272,7 +272,7 @@ bool h5_exists(struct h5 *file, const char *path)
         && H5Oexists_by_name(file->id, path, H5P_DEFAULT) > 0;
 }
 
-bool h5_attr_exists(struct h5 *file, const char *object, const char *name)
+static bool attr_exists(struct h5 *file, const char *object, const char *name)
 {
     bool root = strcmp(object, "/") == 0;
     return file->id >= 0 && (root || h5_exists(file, object))
@@ -330,7 +330,7 @@ bool h5_read(struct h5 *file, const char *path, char kind, int64_t rows, int com
 
 bool h5_read_attr(struct h5 *file, const char *object, const char *name, double *values, int count)
 {
-    if (!h5_attr_exists(file, object, name)) return false;
+    if (!attr_exists(file, object, name)) return false;
     hid_t attribute = H5Aopen_by_name(file->id, object, name, H5P_DEFAULT, H5P_DEFAULT);
     if (attribute < 0) return false;
     hid_t space = H5Aget_space(attribute), type = H5Aget_type(attribute);
@@ -361,7 +361,7 @@ static char *variable_text(hid_t attribute, hid_t type)
 
 char *h5_read_attr_text(struct h5 *file, const char *object, const char *name)
 {
-    if (!h5_attr_exists(file, object, name)) return NULL;
+    if (!attr_exists(file, object, name)) return NULL;
     hid_t attribute = H5Aopen_by_name(file->id, object, name, H5P_DEFAULT, H5P_DEFAULT);
     if (attribute < 0) return NULL;
     hid_t space = H5Aget_space(attribute), type = H5Aget_type(attribute);

@@ -31,7 +31,6 @@ void h5_attr_uints(struct h5 *file, const char *object, const char *name, const 
 void h5_attr_text(struct h5 *file, const char *object, const char *name, const char *text);
 
 bool h5_exists(struct h5 *file, const char *path);
-bool h5_attr_exists(struct h5 *file, const char *object, const char *name);
 /* Rows and components of a data set; false if it is not there or has more than two dimensions. */
 bool h5_shape(struct h5 *file, const char *path, int64_t *rows, int *components);
 /* The kind that holds every value of a data set: 'd', 'f', 'u' or 'b'; 'i' stands for all signed

@@ -77,6 +77,7 @@ expect_status 2 tephra check "$scene" --set sph.strength=shocks --set sph.alpha_
 expect_status 2 tephra run --restart half --set gravity.softening=0.5; expect_text 'softening' err
 expect_status 2 tephra run --restart half --set sph=off;               expect_text 'sph' err
 expect_status 2 tephra run --restart half --out other;                 expect_text 'restart' err
+expect_status 0 tephra run --restart half --set time.end=0.05;         expect_text 'nothing to do' err
 grep -q 'end: 0.4' half/used.yml || fail "used.yml does not hold what a restart has changed"
 
 # --force takes away what a run writes, nothing else, and never what it begins from.
