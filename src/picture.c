@@ -46,6 +46,18 @@ static double quantile(struct sample *sample, int64_t n, double part)
     return n > 0 ? sample[n - 1].at : 0;
 }
 
+/* A box that is closed on all sides, as it is: the picture is as wide as its longest side. */
+static bool frame_box(struct picture *picture, const struct box *box)
+{
+    for (int k = 0; k < 3; k++)
+        if (!(box->side[k] > 0)) return false;
+    for (int k = 0; k < 3; k++) {
+        picture->centre[k] = 0.5 * box->side[k];
+        picture->half = fmax(picture->half, 0.5 * box->side[k]);
+    }
+    return picture->set = true;
+}
+
 /* Centre: the medians. The square that holds 98 % of the mass in each view, and a third more. */
 static void choose_frame(struct picture *picture, const struct species *table, const struct panel panel[2])
 {
@@ -94,9 +106,16 @@ static double (*project(const struct picture *picture, const struct panel *panel
 
 static float *pixel_row(void) { return mem_array("pictures", float, PIXELS); }
 
+/* Msun pc^-2 per mass of code units and length^2. */
+static double surface_unit(const struct units *units)
+{
+    if (!units->physical) return 1;
+    double length = units->length / CONST_PC;
+    return units->mass / CONST_M_SUN / (length * length);
+}
+
 /* Fills `panel->shown` with the mass per area, and `average`, if given, with the mean of a value of each row. */
-static void fill_map(const struct picture *picture, struct panel *panel, double mass_unit, const float *value,
-                     float *average)
+static void fill_map(const struct picture *picture, const struct sim *sim, struct panel *panel, const float *value, float *average)
 {
     const struct species *table = panel->table;
     const double scale = SURFACE_SIZE / (2 * picture->half);
@@ -104,10 +123,12 @@ static void fill_map(const struct picture *picture, struct panel *panel, double 
     double (*at)[2] = project(picture, panel);
     float *h = has_kernel(table) ? NULL : mem_array("pictures", float, table->n);
     if (h) surface_smoothing((const double (*)[2])at, table->n, h);
-    const struct surface_rows rows = {table->n, (const double (*)[2])at, h ? h : table->h, h ? 1 : scale, table->mass, value};
+    const struct surface_rows rows = {
+        .n = table->n, .at = (const double (*)[2])at, .h = h ? h : table->h, .h_unit = h ? 1 : scale, .mass = table->mass,
+        .value = value, .side = {sim->box.side[panel->axis[0]] * scale, sim->box.side[panel->axis[1]] * scale}};
     surface_add(surface, &rows);
     const float (*cell)[2] = surface_finish(surface);
-    const float per_area = (float)(mass_unit * scale * scale);
+    const float per_area = (float)(surface_unit(&sim->units) * scale * scale);
     panel->shown = pixel_row();
 #pragma omp parallel for
     for (int i = 0; i < PIXELS; i++) {
@@ -117,14 +138,6 @@ static void fill_map(const struct picture *picture, struct panel *panel, double 
     mem_free(h);
     mem_free(at);
     surface_free(surface);
-}
-
-/* Msun pc^-2 per mass of code units and length^2. */
-static double surface_unit(const struct units *units)
-{
-    if (!units->physical) return 1;
-    double length = units->length / CONST_PC;
-    return units->mass / CONST_M_SUN / (length * length);
 }
 
 static void choose_panels(const struct sim *sim, struct panel panel[2])
@@ -160,13 +173,12 @@ static void choose_panels(const struct sim *sim, struct panel panel[2])
 
 static void fill_maps(const struct sim *sim, const struct picture *picture, struct panel panel[2])
 {
-    double mass_unit = surface_unit(&sim->units);
     bool heat = has_heat(panel[0].table);
     float *average = heat ? pixel_row() : NULL, *kelvin = heat ? mem_array("pictures", float, panel[0].table->n) : NULL;
     bool known = heat && layout_temperatures(sim, kelvin);
-    fill_map(picture, &panel[0], mass_unit, known ? kelvin : heat ? panel[0].table->u : NULL, average);
+    fill_map(picture, sim, &panel[0], known ? kelvin : heat ? panel[0].table->u : NULL, average);
     if (heat) panel[1].shown = average;
-    else fill_map(picture, &panel[1], mass_unit, NULL, NULL);
+    else fill_map(picture, sim, &panel[1], NULL, NULL);
     mem_free(kelvin);
     for (int p = 0; p < 2; p++) panel[p].mass = panel[heat ? 0 : p].shown;
 }
@@ -331,7 +343,7 @@ void picture_write(const struct sim *sim, const char *path, struct picture *pict
     if (comm_rank() != 0) return;
     choose_panels(sim, panel);
     if (!panel[0].table) return;
-    if (!picture->set) choose_frame(picture, panel[0].table, panel);
+    if (!picture->set && !frame_box(picture, &sim->box)) choose_frame(picture, panel[0].table, panel);
     fill_maps(sim, picture, panel);
     for (int p = 0; p < 2; p++) widen_range(picture, p, &panel[p]);
     if (panel[0].table == panel[1].table && !has_heat(panel[0].table)) share_range(picture);

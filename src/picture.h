@@ -8,7 +8,7 @@
 #include "sim.h"
 
 /* What stays the same from picture to picture: the first one sets the frame, so that it holds 98 %
- * of the mass; the colour ranges, in decades, only grow. Zeroed at first; plain data for checkpoints. */
+ * of the mass, or a closed box; the colour ranges, in decades, only grow. Zeroed at first; plain data for checkpoints. */
 struct picture {
     bool set;
     double centre[3], half;

@@ -57,9 +57,10 @@ static void span(double at, double radius, int size, int range[2])
 /* Lines `first`, first + stride, ... of the pixels that a row covers. */
 struct lines { int first, stride; };
 
-static void add_row(struct surface *surface, const struct surface_rows *rows, int64_t n, struct lines lines)
+static void add_image(struct surface *surface, const struct surface_rows *rows, int64_t n, const double at[2],
+                      struct lines lines)
 {
-    const double *at = rows->at[n], radius = fmax(2 * (double)rows->h[n] * rows->h_unit, narrowest);
+    const double radius = fmax(2 * (double)rows->h[n] * rows->h_unit, narrowest);
     int l = 0, size = SURFACE_SIZE, x[2], y[2];
     double pixel = 1;
     const float scale = (float)(4 * rows->mass[n] / (radius * radius));     /* mass / h^2 */
@@ -79,6 +80,21 @@ static void add_row(struct surface *surface, const struct surface_rows *rows, in
             line[i][1] += share * weight;
         }
     }
+}
+
+/* The row wherever it is seen: at its place and whole sides from it. */
+static void add_row(struct surface *surface, const struct surface_rows *rows, int64_t n, struct lines lines)
+{
+    const double *at = rows->at[n], radius = fmax(2 * (double)rows->h[n] * rows->h_unit, narrowest);
+    int first[2] = {0, 0}, last[2] = {0, 0};
+    for (int k = 0; k < 2; k++) {
+        if (!(rows->side[k] > 0)) continue;
+        first[k] = (int)ceil((-radius - at[k]) / rows->side[k]);
+        last[k] = (int)floor((SURFACE_SIZE + radius - at[k]) / rows->side[k]);
+    }
+    for (int j = first[1]; j <= last[1]; j++)
+        for (int i = first[0]; i <= last[0]; i++)
+            add_image(surface, rows, n, (const double[]){at[0] + i * rows->side[0], at[1] + j * rows->side[1]}, lines);
 }
 
 /* Each thread lays all rows, onto lines of its own. */

@@ -11,7 +11,15 @@ struct surface *surface_new(void);
 void surface_free(struct surface *surface);
 /* n rows: positions in pixels (rows at no finite place are left out), smoothing lengths in pixels over h_unit, masses,
  * and what is averaged by mass (NULL: 0). Every pixel adds up the rows in their order, on any number of threads. */
-struct surface_rows { int64_t n; const double (*at)[2]; const float *h; double h_unit; const double *mass; const float *value; };
+struct surface_rows {
+    int64_t n;
+    const double (*at)[2];
+    const float *h;
+    double h_unit;
+    const double *mass;
+    const float *value;
+    double side[2];     /* where space closes on itself after so many pixels the rows are seen again; 0: it does not */
+};
 void surface_add(struct surface *surface, const struct surface_rows *rows);
 /* After the last row. Pixel i + SURFACE_SIZE * j holds {mass per pixel, mass times value}. */
 const float (*surface_finish(struct surface *surface))[2];

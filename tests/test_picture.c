@@ -31,7 +31,7 @@ static double sum(const float (*cell)[2], int k)
 static void lay(struct surface *surface, double x, double y, double h, double mass, float value)
 {
     const double at[1][2] = {{x, y}};
-    surface_add(surface, &(struct surface_rows){1, at, (const float[]){1}, h, &mass, &value});
+    surface_add(surface, &(struct surface_rows){.n = 1, .at = at, .h = (const float[]){1}, .h_unit = h, .mass = &mass, .value = &value});
 }
 
 /* From far below a pixel to a third of the map: the mass stays, on whichever level it is laid. */
@@ -48,6 +48,32 @@ static void test_mass_is_kept(void **state)
         double mass = sum(cell, 0), value = sum(cell, 1);
         if (fabs(mass - 2 * rows) > 0.02 * 2 * rows) fail_msg("h = %g pixels: mass %g of %d", h, mass, 2 * rows);
         assert_true(fabs(value - 3 * mass) < 1e-4 * value);
+        surface_free(surface);
+    }
+}
+
+/* An even lattice in a box that closes on itself is even up to the edges of the picture, and beyond those of the box. */
+static void test_closed_box(void **state)
+{
+    (void)state;
+    enum { SIDE = 16 };
+    static double at[SIDE * SIDE][2], mass[SIDE * SIDE];
+    static float h[SIDE * SIDE];
+    for (double part = 0.5; part <= 1; part += 0.5) {
+        const double side = part * SURFACE_SIZE;
+        for (int i = 0; i < SIDE * SIDE; i++) {
+            at[i][0] = 100 + (i % SIDE + 0.5) / SIDE * side;
+            at[i][1] = 37 + (i / SIDE + 0.5) / SIDE * side;
+            mass[i] = 1;
+            h[i] = (float)(2.5 * side / SIDE);
+        }
+        struct surface *surface = surface_new();
+        surface_add(surface, &(struct surface_rows){.n = SIDE * SIDE, .at = (const double (*)[2])at, .h = h, .h_unit = 1,
+                                                    .mass = mass, .side = {side, side}});
+        const float (*cell)[2] = surface_finish(surface);
+        const double even = SIDE * SIDE / (side * side);
+        for (int i = 0; i < SURFACE_SIZE * SURFACE_SIZE; i++)
+            if (fabs((double)cell[i][0] / even - 1) > 0.03) fail_msg("pixel %d holds %g of %g", i, (double)cell[i][0], even);
         surface_free(surface);
     }
 }
@@ -95,7 +121,7 @@ static void test_threads(void **state)
         h[i] = (float)exp(5 * drand48());
         mass[i] = drand48();
     }
-    const struct surface_rows rows = {N, (const double (*)[2])at, h, 1, mass, h};
+    const struct surface_rows rows = {.n = N, .at = (const double (*)[2])at, .h = h, .h_unit = 1, .mass = mass, .value = h};
     const int before = omp_get_max_threads();
     struct surface *surface[3];
     const float (*map[3])[2];
@@ -284,7 +310,7 @@ static int remove_files(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_mass_is_kept), cmocka_unit_test(test_kernel_shape),    cmocka_unit_test(test_rows_outside),
+        cmocka_unit_test(test_mass_is_kept), cmocka_unit_test(test_closed_box), cmocka_unit_test(test_kernel_shape),    cmocka_unit_test(test_rows_outside),
         cmocka_unit_test(test_threads), cmocka_unit_test(test_smoothing),    cmocka_unit_test(test_text),            cmocka_unit_test(test_colours),
         cmocka_unit_test(test_pictures),     cmocka_unit_test(test_isothermal),      cmocka_unit_test(test_nothing_to_show),
         cmocka_unit_test(test_cannot_write),
