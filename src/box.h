@@ -27,7 +27,7 @@ void box_wrap_rows(struct sim *sim);
  * within reach of `other`: {0, 0} for an open axis. */
 struct box_images { int first[3], last[3]; };
 struct box_images box_images(const struct box *box, const double own[2][3], const double other[2][3]);
-/* Reads the block where there are no modules. */
+/* Takes the sides from the block where nothing is declared (SIM_START). */
 void box_read(struct sim *sim);
 /* For `box: {}`, sides are those of the file that the rows come from (code units). */
 bool box_awaits_file(const struct sim *sim);
