@@ -6,6 +6,6 @@
 #define TEPHRA_BUDGET_H
 #include "sim.h"
 
-/* Sums what the modules tell over all ranks and appends a row; with the header if the file is new. */
-void budget_write(struct sim *sim, const char *path);
+/* Sums what the modules tell over all ranks and appends a row to that series. */
+void budget_write(struct sim *sim, const char *name);
 #endif

@@ -8,6 +8,7 @@
 #include "module.h"
 #include "output.h"
 #include "run.h"
+#include "series.h"
 #include "signals.h"
 #include "start.h"
 #include "text_file.h"
@@ -160,8 +161,7 @@ static int fresh(const struct cmd_options *options)
 static int again(const struct cmd_options *options)
 {
     char *folder = text_join(options->restart, ""), *used = text_join(folder, "/used.yml");
-    char *checkpoint = text_join(folder, "/checkpoint.hdf5"), *energies = text_join(folder, "/energy.csv"),
-         *budget = text_join(folder, "/budget.csv");
+    char *checkpoint = text_join(folder, "/checkpoint.hdf5");
     if (access(checkpoint, R_OK) != 0)
         fail(STATUS_INPUT, "%s: cannot be read: %s (--restart takes the directory of a run, and a checkpoint.previous.hdf5 "
              "in it may be given this name)", checkpoint, strerror(errno));
@@ -176,16 +176,15 @@ static int again(const struct cmd_options *options)
     sim->folder = folder;
     sim->started = sim->rebuild_next = true;
     output_advise(sim);
-    energy_trim(sim, energies);
-    energy_trim(sim, budget);
+    series_trim(sim);
     open_log(sim, true);
     bool finished = sim->time.tick >= sim->time.tick_end;
     if (!finished) write_used(sim, false);
     log_line("going on from t = %g", timeline_now(&sim->time));
     if (finished) log_line("the run is finished: nothing to do");
     int status = go(sim, options);
-    char *const texts[] = {folder, used, checkpoint, energies, budget};
-    for (int i = 0; i < 5; i++) mem_free(texts[i]);
+    char *const texts[] = {folder, used, checkpoint};
+    for (int i = 0; i < 3; i++) mem_free(texts[i]);
     return status;
 }
 

@@ -5,13 +5,10 @@
 #include "layout.h"
 #include "mem.h"
 #include "module.h"
+#include "series.h"
 #include "sum.h"
-#include <errno.h>
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
 
 enum { KINETIC, THERMAL, POTENTIAL, FIXED };
 enum { MASS = 1 + 3 + 3, SUMS = MASS + 1, BLOCK = 4096 };   /* kinetic, momentum, angular momentum, mass */
@@ -111,8 +108,12 @@ void energy_measure(struct sim *sim, struct energy *energy)
     energy->worst = fmax(energy->worst, fabs(energy->error));
 }
 
-static void write_header(FILE *file, const struct sim *sim, const struct energy *energy)
+struct row { const struct sim *sim; const struct energy *energy; };
+
+static void write_header(FILE *file, const void *context)
 {
+    const struct sim *sim = ((const struct row *)context)->sim;
+    const struct energy *energy = ((const struct row *)context)->energy;
     char t[64], e[64], p[64], l[64], m[64];
     bool physical = sim->units.physical;
     layout_unit_text(physical, "L V^-1", t, sizeof t);
@@ -120,54 +121,30 @@ static void write_header(FILE *file, const struct sim *sim, const struct energy 
     layout_unit_text(physical, "M V", p, sizeof p);
     layout_unit_text(physical, "M L V", l, sizeof l);
     layout_unit_text(physical, "M", m, sizeof m);
-    fprintf(file, "t [%s],dt [%s],active", t, t);
+    fprintf(file, ",dt [%s],active", t);
     for (int i = 0; i < energy->n; i++) fprintf(file, ",%s [%s]", energy->name[i], e);
     fprintf(file, ",total [%s],error", e);
     for (int k = 0; k < 3; k++) fprintf(file, ",momentum_%c [%s]", 'x' + k, p);
     for (int k = 0; k < 3; k++) fprintf(file, ",angular_momentum_%c [%s]", 'x' + k, l);
     for (int s = 0; s < N_SPECIES; s++) fprintf(file, ",mass_%s [%s]", species_names[s], m);
-    fprintf(file, "\n");
 }
 
-void energy_write(const struct sim *sim, const struct energy *energy, const char *path)
+void energy_write(const struct sim *sim, const struct energy *energy, const char *name)
 {
     if (comm_rank() != 0) return;
-    FILE *file = fopen(path, "a");
-    if (!file) fail(STATUS_ENVIRONMENT, "%s: cannot be written: %s", path, strerror(errno));
-    fseek(file, 0, SEEK_END);
-    if (ftell(file) == 0) write_header(file, sim, energy);
+    FILE *file = series_open(sim, name, write_header, &(struct row){sim, energy});
     const struct units *units = &sim->units;
     double t = layout_factor(units, "L V^-1"), e = layout_factor(units, "M V^2"), p = layout_factor(units, "M V"),
            l = layout_factor(units, "M L V"), m = layout_factor(units, "M");
     int64_t active = 0;
     for_species(sim, s) active += s->n_ending;
-    fprintf(file, "%.10g,%.6g,%lld", t * timeline_now(&sim->time), t * sim->last_dt, (long long)active);
+    series_time(sim, file);
+    fprintf(file, ",%.6g,%lld", t * sim->last_dt, (long long)active);
     for (int i = 0; i < energy->n; i++) fprintf(file, ",%.12g", e * energy->value[i]);
     fprintf(file, ",%.12g,%.6e", e * energy->total, energy->error);
     for (int k = 0; k < 3; k++) fprintf(file, ",%.8e", p * energy->momentum[k]);
     for (int k = 0; k < 3; k++) fprintf(file, ",%.8e", l * energy->angular_momentum[k]);
     for (int s = 0; s < N_SPECIES; s++) fprintf(file, ",%.15g", m * energy->mass[s]);
     fprintf(file, "\n");
-    if (fclose(file) != 0) fail(STATUS_ENVIRONMENT, "%s: cannot be written: %s", path, strerror(errno));
-}
-
-void energy_trim(const struct sim *sim, const char *path)
-{
-    if (comm_rank() != 0) return;
-    FILE *file = fopen(path, "r+");
-    if (!file) return;
-    double now = layout_factor(&sim->units, "L V^-1") * timeline_now(&sim->time);
-    char *line = NULL;
-    size_t size = 0;
-    long keep = 0;
-    while (getline(&line, &size, file) > 0) {
-        char *end;
-        double t = strtod(line, &end);
-        if (end != line && t > now + 1e-9 * fabs(now)) break;
-        if (line[strlen(line) - 1] != '\n') break;  /* cut short while it was written */
-        keep = ftell(file);
-    }
-    free(line);
-    fclose(file);
-    if (truncate(path, keep) != 0) fail(STATUS_ENVIRONMENT, "%s: cannot be written: %s", path, strerror(errno));
+    series_close(sim, name, file);
 }

@@ -24,8 +24,6 @@ struct energy {
 void energy_measure(struct sim *sim, struct energy *energy);
 /* Of this rank's own rows, the sum of mass times a column that is per unit of mass: u, pot. */
 double energy_of_rows(const struct species *table, const float *specific);
-/* Appends a row to the file; with the header if the file is new. Rank 0 only. */
-void energy_write(const struct sim *sim, const struct energy *energy, const char *path);
-/* Before a run goes on: drops the rows of energy.csv or budget.csv that are later than now, or cut short. */
-void energy_trim(const struct sim *sim, const char *path);
+/* Appends a row to that series (series.h), on rank 0. */
+void energy_write(const struct sim *sim, const struct energy *energy, const char *name);
 #endif

@@ -167,13 +167,12 @@ static void progress(const struct sim *sim)
 
 static void record_energies(struct sim *sim, struct output *output)
 {
-    char path[4096];
     output->recorded = sim->time.tick;
     refresh_potential(sim);
     energy_measure(sim, &output->energy);
     if (sim->folder) {
-        energy_write(sim, &output->energy, in_folder(sim, path, sizeof path, "energy.csv", 0));
-        budget_write(sim, in_folder(sim, path, sizeof path, "budget.csv", 0));
+        energy_write(sim, &output->energy, "energy.csv");
+        budget_write(sim, "budget.csv");
     }
     if (due(sim, sim->time.snapshot) || profile_wall() - output->logged > LOG_EVERY) log_state(sim, output);
     else progress(sim);
