@@ -6,6 +6,7 @@
 #include "gravity.h"
 #include "log.h"
 #include "mem.h"
+#include "walk_engine.h"
 #include <math.h>
 
 /* Rows of all species, one after another. */
@@ -60,14 +61,25 @@ static void deliver(struct sim *sim, const struct gravity *g, enum gravity_outpu
     }
 }
 
-/* The rows do not fit: under --device auto the CPU goes on. */
-static void leave_device(struct sim *sim, struct gravity *g, const char *error)
+bool gravity_leave_device(struct sim *sim, struct gravity *g, const char *error)
 {
+    if (!device_full(sim->device) || sim->device_needed) {
+        sim_stop(sim, STATUS_ENVIRONMENT, "gravity: %s", error);
+        return false;
+    }
     log_line("gravity: %s; the CPU goes on", error);
-    direct_engine_free(g->engine);
-    g->engine = NULL;
+    gravity_engines_free(g);
     device_close(sim->device);
     sim->device = NULL;
+    return true;
+}
+
+void gravity_engines_free(struct gravity *g)
+{
+    direct_engine_free(g->engine);
+    walk_engine_free(g->walk_engine);
+    g->engine = NULL;
+    g->walk_engine = NULL;
 }
 
 bool gravity_direct_device(struct sim *sim, struct gravity *g, enum gravity_output output)
@@ -89,15 +101,12 @@ bool gravity_direct_device(struct sim *sim, struct gravity *g, enum gravity_outp
     direct_engine_sum(g->engine, &(struct direct_rows){active, targets.pos, targets.mass, targets.soft, targets.own},
                       acc, pot);
     const char *error = device_error(sim->device);
-    bool full = error && device_full(sim->device) && !sim->device_needed;
     if (!error) deliver(sim, g, output, acc, pot);
-    else if (!full) sim_stop(sim, STATUS_ENVIRONMENT, "gravity: %s", error);
-    else leave_device(sim, g, error);
     g->pairs = n * active;
     g->cells = 0;
     mem_free(acc);
     mem_free(pot);
     gathered_free(&sources);
     gathered_free(&targets);
-    return !full;
+    return !error || !gravity_leave_device(sim, g, error);
 }

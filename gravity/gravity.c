@@ -4,12 +4,12 @@
 #include "gravity.h"
 #include "comm.h"
 #include "contact.h"
-#include "direct_engine.h"
 #include "energy.h"
 #include "log.h"
 #include "mem.h"
 #include "module.h"
 #include "ranks.h"
+#include "walk_engine.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -89,6 +89,9 @@ static void set_softening(struct sim *sim, struct gravity *g)
 /* Rows up to which direct sums are the cheapest: their cost a row (N / 4.5e9 s with the slowest of the
  * machines measured) is below that of a walk with lists (0.5 microseconds). */
 enum { DIRECT_ROWS = 2000 };
+/* The same on a device, whose direct sums cost N^2 / 1e12 s (half of what its instructions allow, doc/gpu-results.md),
+ * while the tree and the lists are made by the CPU: 0.1 microseconds a row. Computed, not measured. */
+enum { DIRECT_ROWS_DEVICE = 50000 };
 
 /* A pair errs by three times the guess of 1/sqrt at most, a sum of many by a hundredth (N = 1e6) or a
  * tenth (3e4) of that (doc/benchmarks.md), unless it nearly cancels: the self-check sees to that. */
@@ -108,8 +111,10 @@ static void set_opening(struct sim *sim, struct gravity *g)
     if (g->rows == 0)
         for_species(sim, s) g->rows += s->n;
     if (o->solver == SOLVER_AUTO)
-        o->solver = g->rows <= DIRECT_ROWS || g->precision == PRECISION_DOUBLE ? SOLVER_DIRECT : SOLVER_FMM;
+        o->solver = g->rows <= (sim->device ? DIRECT_ROWS_DEVICE : DIRECT_ROWS) || g->precision == PRECISION_DOUBLE
+                  ? SOLVER_DIRECT : sim->device ? SOLVER_TREE : SOLVER_FMM;
     gravity_settings(o, g->accuracy);
+    if (sim->device && o->solver == SOLVER_TREE) o->group_size = WALK_GROUP;
     if (g->order > 0) o->order = (int)g->order;
     if (g->group_size > 0) o->group_size = (int)g->group_size;
     if (g->leaf_size > 0) o->leaf_size = (int)g->leaf_size;
@@ -185,15 +190,19 @@ static void tell_settings(const struct gravity *g)
 /* The rows are there: the solver may depend on their number. */
 static void begin(struct sim *sim, void *state)
 {
+    const struct gravity *g = state;
     gravity_configure(sim, state);
-    tell_settings(state);
+    tell_settings(g);
+    if (sim->device && (g->opening.solver == SOLVER_FMM || g->precision == PRECISION_DOUBLE))
+        log_line("gravity: %s is the CPU's; the device has solver tree, and direct in floats",
+                 g->opening.solver == SOLVER_FMM ? "solver fmm" : "precision double");
 }
 
 static void end(struct sim *sim, void *state)
 {
     (void)sim;
     struct gravity *g = state;
-    direct_engine_free(g->engine);
+    gravity_engines_free(g);
     mem_free(g->cell);
     mem_free(g->least);
     gravity_rows_free(g);
@@ -220,7 +229,7 @@ static void compute(struct sim *sim, struct gravity *g, enum gravity_output outp
 {
     if (sim->tree.n_nodes == 0) return;
     if (g->opening.solver == SOLVER_DIRECT) gravity_direct(sim, g, output);
-    else gravity_walk(sim, g, output);
+    else if (g->opening.solver != SOLVER_TREE || !sim->device || !gravity_walk_device(sim, g, output)) gravity_walk(sim, g, output);
 }
 
 /* The first force of a run has no accelerations to measure its errors by: a walk by angles alone

@@ -10,9 +10,6 @@ enum gravity_solver { SOLVER_AUTO, SOLVER_DIRECT, SOLVER_TREE, SOLVER_FMM };
 enum { PRECISION_AUTO, PRECISION_ROUGH, PRECISION_FLOAT, PRECISION_DOUBLE };
 enum { KERNEL_PLUMMER, KERNEL_SPLINE };
 
-/* The rows of a cell in the order of the keys of all species; and of a leaf, when they were staged. */
-struct gravity_leaf { int32_t first, n, staged; };
-
 /* How far a walk goes; the numbers of Dehnen (2014), section 3, and measured ones (settings.c). */
 struct gravity_opening {
     enum gravity_solver solver;
@@ -57,6 +54,7 @@ struct gravity {
     int64_t refined;                /* a self-check has found that rough pairs do not do; saved */
     double measured;                /* 99th percentile of the error at the last self-check */
     struct direct_engine *engine;   /* on a device; made at the first force */
+    struct walk_engine *walk_engine;
     int64_t pairs, cells;           /* interactions of the last force: rows, cells */
     double bound;                   /* twice the potential energy of own rows, where it was summed in double */
     bool left;                      /* the integrator sums the forces and sets the steps */
@@ -100,6 +98,11 @@ void gravity_direct(struct sim *sim, struct gravity *g, enum gravity_output outp
 /* The same on the device of the simulation, in pairs of floats; false if the rows do not fit and the
  * CPU may do it instead (--device auto). */
 bool gravity_direct_device(struct sim *sim, struct gravity *g, enum gravity_output output);
+/* The same of solver tree. */
+bool gravity_walk_device(struct sim *sim, struct gravity *g, enum gravity_output output);
+/* After an error of the device: true if the CPU goes on without it, false if the run stops. */
+bool gravity_leave_device(struct sim *sim, struct gravity *g, const char *error);
+void gravity_engines_free(struct gravity *g);
 
 /* Acceleration and potential of listed rows of one species by direct sums in double: acc[4 i] is
  * ax, ay, az, potential of row list[i]. */

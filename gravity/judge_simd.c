@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Which source cells a target cell accepts: many sources at a time, in lanes. Compiled once an
  * instruction set (see simd_v4.h). The rules are explained in walk.c. */
+#include "judge.h"
 #include "kernels.h"
 #include <stddef.h>
 #include <string.h>
@@ -71,19 +72,9 @@ HD simd_int judge_local(struct batch b, const struct gravity_view *v, real unit1
     return fits & (error < v->tolerance * d2);
 }
 
-HD real judge_outside(real d, float half)
-{
-    real away = real_max(d, -d) - half;
-    return real_max(away, real_splat(0));
-}
-
 /* Squared distance of the cell's centre from the target's box. */
 HD real judge_box(struct batch b, const struct gravity_view *v)
-{
-    real x = judge_outside(b.field[X], v->half[0]), y = judge_outside(b.field[Y], v->half[1]),
-         z = judge_outside(b.field[Z], v->half[2]);
-    return x * x + y * y + z * z;
-}
+{ return judge_box2(b.field[X], b.field[Y], b.field[Z], v->half); }
 
 /* May the cell act on the rows of a group? Its sphere never touches the group's box. */
 HD simd_int judge_cell(struct batch b, const struct gravity_view *v, real unit1, real least2)
@@ -117,18 +108,17 @@ HD simd_int judge_by_error(struct batch b, const struct gravity_view *v, int ord
     return judge_choose(local, judge_all(GRAVITY_LOCAL), rest);
 }
 
-/* The side of the cube within the cell's sphere over the distance, for every group in the target. */
+/* For every group in the target: what no row of it could accept is opened. */
 HD simd_int judge_by_angle(struct batch b, const struct gravity_view *v)
 {
-    real unit1 = real_splat((float)(1 / v->unit)), reach = b.field[REACH] * unit1, edge = reach + v->support;
-    real side2 = 4.f / 3.f * reach * reach, edge2 = edge * edge, least2 = judge_box(b, v);
-    simd_int accept = (side2 < v->theta2 * least2) & (edge2 < least2) & (least2 >= v->near2), rest;
+    real unit1 = real_splat((float)(1 / v->unit)), reach = b.field[REACH] * unit1;
+    simd_int accept = judge_angle(reach, judge_box(b, v), v->theta2, v->support, v->near2), rest;
     if (v->group) {
         rest = judge_choose(judge_leaf(b), judge_all(GRAVITY_NEAR), judge_all(GRAVITY_OPEN));
     } else {
         real x = real_max(b.field[X], -b.field[X]) + v->half[0], y = real_max(b.field[Y], -b.field[Y]) + v->half[1],
              z = real_max(b.field[Z], -b.field[Z]) + v->half[2], most2 = x * x + y * y + z * z;
-        simd_int hopeless = (side2 >= v->theta2 * most2) | (edge2 >= most2) | (most2 < v->near2);
+        simd_int hopeless = ~judge_angle(reach, most2, v->theta2, v->support, v->near2);
         rest = judge_choose(hopeless & ~judge_leaf(b), judge_all(GRAVITY_OPEN), judge_all(GRAVITY_WAIT));
     }
     return judge_choose(accept, judge_all(GRAVITY_FAR), rest);

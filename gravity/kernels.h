@@ -41,6 +41,9 @@ struct gravity_cell {
     int16_t group;              /* small enough to be a target group, or within one */
 };
 
+/* The rows of a cell in the order of the keys of all species; and of a leaf, when they were staged. */
+struct gravity_leaf { int32_t first, n, staged; };
+
 /* What a walk decides about a source cell for a target cell. */
 enum gravity_verdict {
     GRAVITY_LOCAL,              /* into the target's local expansion */

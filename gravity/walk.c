@@ -25,7 +25,7 @@ static const float theta_cell = 0.95f;      /* reach / distance from the box, ce
 static const float theta_first = 0.7f;      /* both, as long as no acceleration is known */
 static const float open_ratio = 1.5f;       /* a source this much larger than the target is opened */
 
-static struct gravity_view view_of(const struct walk *w, int32_t n, double parent_unit)
+struct gravity_view walk_view(const struct walk *w, int32_t n, double parent_unit)
 {
     const struct gravity *g = w->g;
     const struct node *node = &w->sim->tree.node[n];
@@ -179,7 +179,7 @@ static void descend(struct walk *w, int32_t n, int64_t from, int64_t to, const s
 {
     if (w->sim->tree.active_count[n] == 0) return;
     const bool fmm = w->g->opening.solver == SOLVER_FMM;
-    struct gravity_view v = view_of(w, n, parent ? parent->unit : 0);
+    struct gravity_view v = walk_view(w, n, parent ? parent->unit : 0);
     float local[CELL_TERMS_MAX] = {0};
     int64_t far_before = w->far.n;
     judge_all(w, &v, from, to);

@@ -4,6 +4,7 @@
 #define TEPHRA_GRAVITY_WALK_H
 #include "mem.h"
 #include "stage.h"
+#include "walk_engine.h"
 
 /* A growing list of cells. */
 struct list { int32_t *item; int64_t n, capacity; };
@@ -41,6 +42,8 @@ struct walk {
 
 void walk_open(struct walk *w, struct sim *sim, const struct gravity *g, enum gravity_output output);
 void walk_close(struct walk *w);
+/* Cell n as a target; unit of its parent, 0: none. */
+struct gravity_view walk_view(const struct walk *w, int32_t n, double parent_unit);
 /* The active own rows of a cell become the targets; all its rows act on them. Cells that act on them
  * have the unit of length `unit`. */
 void walk_begin_group(struct walk *w, const double centre[3], double unit, const struct node *node);

@@ -18,6 +18,13 @@ for run in cpu device; do
     awk -F, 'NR == 1 { for (i = 1; i <= NF; i++) if ($i ~ /^total/) c = i } END { printf "%.5f\n", $c }' $run/energy.csv
 done | uniq | wc -l | grep -qx 1 || fail "energies on the device and on the CPU differ"
 
+# The tree likewise: groups, lists, block steps.
+tree="--set start.n=1500 --set gravity.solver=tree --set time.end=0.02 --set output.snapshot_every=0.02 --set output.picture_every=0.02"
+for run in cpu cuda; do
+    expect_status 0 "$program" run "$scene" $tree --device $run --set gravity.group_size=64 --out tree-$run
+    awk -F, 'NR == 1 { for (i = 1; i <= NF; i++) if ($i ~ /^total/) c = i } END { printf "%.5f\n", $c }' tree-$run/energy.csv
+done | uniq | wc -l | grep -qx 1 || fail "energies with the tree on the device and on the CPU differ"
+
 # Too small a device: auto goes on on the CPU, bit for bit what it gives from the start; cuda ends with 5.
 export SHIM_BYTES=1000
 expect_status 0 "$program" run "$scene" $small --device auto --out small

@@ -1,0 +1,201 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * The grouped walk of walk_cuda.cu on the host shim against the CPU's solver tree with the same groups:
+ * the same lists (counted), the same forces to the rounding of floats; bit for bit between shapes of the
+ * launch; a part of the rows active; rows at one place; a full device. */
+#include "device.h"
+#include "gravity/gravity.h"
+#include "gravity/walk.h"
+#include "mem.h"
+#include "module.h"
+#include "random.h"
+#include "scene.h"
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+#include <cmocka.h>
+
+/* Where row i of n lies, and its species. */
+typedef enum species_kind maker(double pos[3], int64_t i, int64_t n);
+
+/* Crowded as r^3 towards a point off the origin; every third row is gas. */
+static enum species_kind crowded(double pos[3], int64_t i, int64_t n)
+{
+    struct random key = {.seed = 1, .id = (uint64_t)i};
+    double unit[3], r = pow(random_uniform(&key, 4), 3);
+    (void)n;
+    random_direction(&key, 0, unit);
+    for (int k = 0; k < 3; k++) pos[k] = 50 + 7 * r * unit[k];
+    return i % 3 ? DARK : GAS;
+}
+
+/* Half of the rows at one place, the others in a cube around it, one far away. */
+static enum species_kind heaped(double pos[3], int64_t i, int64_t n)
+{
+    struct random key = {.seed = 3, .id = (uint64_t)i};
+    for (int k = 0; k < 3; k++) pos[k] = i < n / 2 ? 50 : 46 + 7 * random_uniform(&key, (uint64_t)k);
+    if (i == n - 1) pos[0] = 1e6;
+    return DARK;
+}
+
+/* Forces and potentials of n rows under `settings` ("solver=tree order=2 ..."). */
+static struct sim *make(int64_t n, maker *place, const char *settings, struct device *device)
+{
+    struct scene *scene = scene_new(".");
+    struct problems problems = {0};
+    scene_set(scene, "units={}", &problems);
+    scene_set(scene, "gravity={}", &problems);
+    char *list = mem_text("test", settings), *rest = NULL;
+    for (char *word = strtok_r(list, " ", &rest); word; word = strtok_r(NULL, " ", &rest)) {
+        char *assignment = mem_format("test", "gravity.%s", word);
+        scene_set(scene, assignment, &problems);
+        mem_free(assignment);
+    }
+    mem_free(list);
+    struct sim *sim = sim_new(scene, SIM_FORCES);
+    assert_int_equal(problems.count + sim->problems.count, 0);
+    for (int k = 0; k < N_SPECIES; k++) species_reserve(&sim->species[k], n);
+    for (int64_t i = 0; i < n; i++) {
+        double pos[3];
+        struct random key = {.seed = 2, .id = (uint64_t)i};
+        struct species *s = &sim->species[place(pos, i, n)];
+        s->id[s->n] = (uint64_t)i;
+        s->mass[s->n] = pow(10, random_uniform(&key, 0)) / (double)n;
+        s->rung[s->n] = s->rung0[s->n] = (uint8_t)(RUNG_TOP - (int)(i % 5));
+        memcpy(s->pos[s->n], pos, sizeof pos);
+        s->n_own = ++s->n;
+    }
+    sim->device = device;
+    sim_begin(sim);
+    return sim;
+}
+
+/* Forces at a tick: at 0 all rows are active, at 2^(RUNG_TOP - 3) those of the two lowest rungs. */
+static void force(struct sim *sim, int64_t tick)
+{
+    for_species(sim, s) memset(s->acc, 0, (size_t)s->n * sizeof *s->acc);
+    sim->time.dt_max = 1;
+    sim->time.tick = tick;
+    sim->time.tick_end = INT64_MAX;
+    sim->want_potential = true;
+    sim_find_active(sim);
+    sim_run_hook(sim, HOOK_ARRANGE);
+    sim_run_hook(sim, HOOK_FORCE);
+    assert_false(sim->failure.set);
+}
+
+/* Root mean square over the active rows of the relative differences of acceleration and potential. */
+static void differ(const struct sim *a, const struct sim *b, double rms[2])
+{
+    int64_t n = 0;
+    rms[0] = rms[1] = 0;
+    for (int k = 0; k < N_SPECIES; k++)
+        for (int64_t r = 0; r < a->species[k].n_active; r++, n++) {
+            const int32_t i = a->species[k].active[r];
+            const struct species *s = &a->species[k], *t = &b->species[k];
+            double d2 = 0, a2 = 0;
+            assert_int_equal(s->id[i], t->id[i]);
+            for (int c = 0; c < 3; c++) {
+                d2 += pow((double)s->acc[i][c] - (double)t->acc[i][c], 2);
+                a2 += pow((double)s->acc[i][c], 2);
+            }
+            rms[0] += d2 / a2;
+            rms[1] += pow((double)t->pot[i] / (double)s->pot[i] - 1, 2);
+        }
+    for (int c = 0; c < 2; c++) rms[c] = sqrt(rms[c] / (double)n);
+}
+
+static const struct gravity *gravity_of(const struct sim *sim) { return sim_state(sim, "gravity"); }
+
+/* The CPU and the device on one set, all rows active and then some of them: the same lists, the same forces. */
+static void compare(int64_t n, maker *place, const char *settings)
+{
+    struct sim *cpu = make(n, place, settings, NULL), *device = make(n, place, settings, device_open(DEVICE_CUDA));
+    const int64_t ticks[] = {0, (int64_t)1 << (RUNG_TOP - 3)};
+    for (int t = 0; t < 2; t++) {
+        double rms[2];
+        force(cpu, ticks[t]);
+        force(device, ticks[t]);
+        assert_non_null(gravity_of(device)->walk_engine);
+        differ(cpu, device, rms);
+        print_message("%s, tick %d: rms of acceleration %.1e, of potential %.1e, %lld pairs, %lld cells\n", settings, t, rms[0],
+                      rms[1], (long long)gravity_of(cpu)->pairs, (long long)gravity_of(cpu)->cells);
+        assert_true(rms[0] < 1e-5 && rms[1] < 1e-5);
+        assert_int_equal(gravity_of(cpu)->pairs, gravity_of(device)->pairs);
+        assert_int_equal(gravity_of(cpu)->cells, gravity_of(device)->cells);
+    }
+    sim_free(cpu);
+    sim_free(device);
+}
+
+#define SAME "precision=float group_size=64 leaf_size=24 accuracy=0.3 "
+
+static void test_same_as_cpu(void **state)
+{
+    (void)state;
+    compare(2000, crowded, SAME "solver=tree order=2 opening_angle=0.6 softening=0.01");
+    compare(1200, crowded, SAME "solver=tree order=1 opening_angle=0.5 softening=0.01");
+    compare(1200, crowded, SAME "solver=tree order=2 opening_angle=0.6 softening_gas=0.02 softening_dark=0.005");
+    compare(1200, crowded, SAME "solver=tree order=2 opening_angle=0.6 softening_gas=0.02 softening_dark=0.01 "
+            "softening_kernel=spline");
+}
+
+/* A heap of more rows than a group or a tile holds, without softening; sets of one group and of one row. */
+static void test_edges(void **state)
+{
+    (void)state;
+    compare(900, heaped, SAME "solver=tree order=2 opening_angle=0.6");
+    compare(50, crowded, SAME "solver=tree order=2 opening_angle=0.6 softening=0.01");
+    struct sim *sim = make(1, crowded, SAME "solver=tree", device_open(DEVICE_CUDA));
+    force(sim, 0);
+    assert_true(sim->species[GAS].acc[0][0] == 0 && sim->species[GAS].pot[0] == 0);
+    sim_free(sim);
+}
+
+/* The same bits from every shape of the launch. */
+static void test_same_bits(void **state)
+{
+    (void)state;
+    struct sim *sim[3];
+    for (int i = 0; i < 3; i++) {
+        sim[i] = make(1000, crowded, SAME "solver=tree order=2 softening=0.01", device_open(DEVICE_CUDA));
+        struct gravity *g = sim_state(sim[i], "gravity");
+        g->walk_engine = walk_engine_create(sim[i]->device, 1 << i);
+        force(sim[i], 0);
+        for_species(sim[i], s) {
+            assert_memory_equal(s->acc, sim[0]->species[s->kind].acc, (size_t)s->n * sizeof *s->acc);
+            assert_memory_equal(s->pot, sim[0]->species[s->kind].pot, (size_t)s->n * sizeof *s->pot);
+        }
+    }
+    for (int i = 0; i < 3; i++) sim_free(sim[i]);
+}
+
+/* Rows that do not fit: the CPU goes on with the same lists, or the run stops. */
+static void test_full(void **state)
+{
+    (void)state;
+    setenv("SHIM_BYTES", "20000", 1);
+    struct sim *sim = make(1000, crowded, SAME "solver=tree softening=0.01", device_open(DEVICE_AUTO));
+    force(sim, 0);
+    assert_null(sim->device);
+    assert_null(gravity_of(sim)->walk_engine);
+    sim_free(sim);
+    sim = make(1000, crowded, SAME "solver=tree softening=0.01", device_open(DEVICE_CUDA));
+    sim->device_needed = true;
+    sim_find_active(sim);
+    sim_run_hook(sim, HOOK_ARRANGE);
+    sim_run_hook(sim, HOOK_FORCE);
+    assert_true(sim->failure.set && sim->failure.status == STATUS_ENVIRONMENT && strstr(sim->failure.text, "tree needs"));
+    sim_free(sim);
+    unsetenv("SHIM_BYTES");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_same_as_cpu), cmocka_unit_test(test_edges),
+                                       cmocka_unit_test(test_same_bits), cmocka_unit_test(test_full)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
