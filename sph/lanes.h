@@ -65,7 +65,7 @@ struct sph_loops {
     int (*prune)(const struct sph_lanes *i, struct sph_tile *tile, int n, struct sph_meet meet);
     sph_search_loop *search_exact, *search_smooth[SPH_KERNELS];
     sph_density_loop *density[SPH_KERNELS][2];      /* [kernel][grad_h] */
-    sph_force_loop *force[SPH_KERNELS][2][2];       /* [kernel][grad_h][signal velocity] */
+    sph_force_loop *force[SPH_KERNELS][2][2][2];    /* [kernel][grad_h][signal velocity][conducting] */
 };
 extern const struct sph_loops sph_loops_v2, sph_loops_v3, sph_loops_v4;
 #endif

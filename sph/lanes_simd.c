@@ -181,7 +181,7 @@ HD void density_rows(const struct sph_lanes *restrict i, const struct sph_tile *
 
 HD void force_rows(const struct sph_lanes *restrict i, const struct sph_tile *restrict tile, int n,
                    struct sph_viscosity visc, struct sph_force_sums *restrict sums, enum sph_kernel kind, bool grad_h,
-                   bool signal_velocity)
+                   bool signal_velocity, bool conducting)
 {
     struct sph_force_sums s = *sums;
     for (int k = 0; k < n; k++) {
@@ -189,6 +189,7 @@ HD void force_rows(const struct sph_lanes *restrict i, const struct sph_tile *re
         const struct sph_state sj = tile->state[tile->list[k]];
         for_lanes(l) {
             struct sph_force f = sph_force_pair(lane_place(i, l), lane_state(i, l), j, sj, visc, kind, grad_h, signal_velocity);
+            if (conducting) f.du += sph_conduct_pair(lane_place(i, l), lane_state(i, l), j, sj, visc, kind, grad_h);
             s.acc[0][l] += f.ax;
             s.acc[1][l] += f.ay;
             s.acc[2][l] += f.az;
@@ -202,9 +203,12 @@ HD void force_rows(const struct sph_lanes *restrict i, const struct sph_tile *re
 #define DENSITY(name, kind, grad_h) \
     static void name(const struct sph_lanes *i, const struct sph_tile *tile, int n, struct sph_density_sums *sums) \
     { density_rows(i, tile, n, sums, kind, grad_h); }
-#define FORCE(name, kind, grad_h, signal) \
+#define FORCE_LOOP(name, kind, grad_h, signal, conducting) \
     static void name(const struct sph_lanes *i, const struct sph_tile *tile, int n, struct sph_viscosity visc, \
-                     struct sph_force_sums *sums) { force_rows(i, tile, n, visc, sums, kind, grad_h, signal); }
+                     struct sph_force_sums *sums) { force_rows(i, tile, n, visc, sums, kind, grad_h, signal, conducting); }
+#define FORCE(name, kind, grad_h, signal) \
+    FORCE_LOOP(name, kind, grad_h, signal, false) \
+    FORCE_LOOP(name##_conducting, kind, grad_h, signal, true)
 #define VARIANTS(name, kind) \
     DENSITY(density_##name, kind, false) \
     DENSITY(density_##name##_h, kind, true) \
@@ -369,7 +373,8 @@ SMOOTH(smooth_c2, SPH_WENDLAND_C2)
 SMOOTH(smooth_c4, SPH_WENDLAND_C4)
 
 #define DENSITIES(name) {density_##name, density_##name##_h}
-#define FORCES(name) {{force_##name, force_##name##_signal}, {force_##name##_h, force_##name##_h_signal}}
+#define BOTH(name) {name, name##_conducting}
+#define FORCES(name) {{BOTH(force_##name), BOTH(force_##name##_signal)}, {BOTH(force_##name##_h), BOTH(force_##name##_h_signal)}}
 
 const struct sph_loops SIMD_NAME(sph_loops) = {
     .enclose = enclose, .filter = filter, .prune = prune, .search_exact = search_exact,

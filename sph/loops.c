@@ -89,9 +89,9 @@ static void force_chunk(const struct visit *v, void *all)
 {
     struct sph_force_sums *sums = all;
     const struct sph *sph = v->sph;
-    const struct sph_viscosity visc = {(float)sph->alpha, (float)sph->beta, (float)sph->epsilon,
-                                       sph->equation == SPH_ENERGY};
-    sph_force_loop *force = sph->loops->force[sph->kernel][sph->grad_h][sph->viscosity];
+    const struct sph_viscosity visc = {(float)sph->alpha, (float)sph->beta, (float)sph->epsilon, sph->equation == SPH_ENERGY,
+                                       (float)(4 * sph->conduction / (sph->gamma * (sph->gamma - 1)))};
+    sph_force_loop *force = sph->loops->force[sph->kernel][sph->grad_h][sph->viscosity][sph->conduction > 0];
     const bool kept = sph->cluster[v->batch->cluster + (v->rows.n - 1) / SPH_LANES].n >= 0;
     sph_stage_state(v->work, v->sim, sph);
     sph_enclose(sph, v->work, kept ? 0 : v->rows.n);

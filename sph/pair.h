@@ -18,8 +18,9 @@ struct sph_place { float x, y, z, half_h, vx, vy, vz, mass; };
 struct sph_state { float p, rho, half_c, balsara; };
 
 /* Monaghan's alpha and beta, epsilon that keeps the denominator of mu from 0; work: 1, or 0 where u is
- * to change by viscosity alone (the entropy equation). */
-struct sph_viscosity { float alpha, beta, epsilon, work; };
+ * to change by viscosity alone (the entropy equation); conduct: 4 alpha_u/(gamma (gamma - 1)), which makes alpha_u u of
+ * the square of half a sound speed. */
+struct sph_viscosity { float alpha, beta, epsilon, work, conduct; };
 
 /* swell: -h d/dh of h^3 m_j W, over h^3; its sum is 3 rho Omega. Only grad_h has it. */
 struct sph_density { float rho, div, curl_x, curl_y, curl_z, swell; };
@@ -94,6 +95,21 @@ HD struct sph_force sph_grad_h_pair(struct sph_place i, struct sph_state si, str
     float own = slope_i * si.p, f = own + slope_j * sj.p + rub;
     float signal = r * (hi1 < hj1 ? hi1 : hj1) < 2.0f ? 2.0f * c - 3.0f * closing * r1 : 0.0f;
     return (struct sph_force){f * g.x, f * g.y, f * g.z, g.vr * (visc.work * own + 0.5f * rub), signal};
+}
+
+/* Rate of i's u by artificial conduction (Price 2008, J. Comput. Phys. 227, 10040, eq. 28, with eq. 29 for the speed): what
+ * viscosity is to a jump of the velocity it is to one of u, which it spreads over the kernel until the pressure is even. */
+HD float sph_conduct_pair(struct sph_place i, struct sph_state si, struct sph_place j, struct sph_state sj,
+                          struct sph_viscosity visc, enum sph_kernel kind, bool grad_h)
+{
+    struct sph_gap g = sph_gap(i, j);
+    float r1 = sph_inverse_length(g.r2), r = g.r2 * r1, h1 = 1.0f / (i.half_h + j.half_h), h2 = h1 * h1;
+    float hi1 = 0.5f / i.half_h, hj1 = 0.5f / j.half_h, hi2 = hi1 * hi1, hj2 = hj1 * hj1;
+    float slope = grad_h ? 0.5f * (hi2 * hi2 * sph_kernel_slope(r * hi1, kind) + hj2 * hj2 * sph_kernel_slope(r * hj1, kind))
+                         : h2 * h2 * sph_kernel_slope(r * h1, kind);
+    float per_rho = 2.0f / (si.rho + sj.rho), jump = fabsf(si.p * si.rho * si.rho - sj.p * sj.rho * sj.rho);
+    float more = si.half_c * si.half_c - sj.half_c * sj.half_c;
+    return j.mass * slope * visc.conduct * more * per_rho * sqrtf(jump * per_rho);
 }
 
 HD struct sph_force sph_force_pair(struct sph_place i, struct sph_state si, struct sph_place j, struct sph_state sj,

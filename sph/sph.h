@@ -48,7 +48,8 @@ struct sph {
     int64_t neighbours, group_size;
     int count, eos, preset, kernel, equation, viscosity, strength;
     bool balsara, grad_h;
-    double alpha, beta, alpha_min, epsilon, balsara_epsilon, gamma, mu, sound_speed, stiff_density, h_min, courant, acceleration;
+    double alpha, beta, alpha_min, epsilon, balsara_epsilon, conduction;
+    double gamma, mu, sound_speed, stiff_density, h_min, courant, acceleration;
     /* State. */
     const struct sph_loops *loops;
     struct sph_meet meet;           /* which pairs meet */

@@ -69,6 +69,13 @@ expect_status 0 tephra check "$scene" $small --set sph.h_min=0.1;            exp
 expect_status 0 tephra check "$scene" $small --set sph.neighbours=64;        expect_text 'particles pair' err
 expect_status 0 tephra check "$scene" $small --set sph.neighbours=64 --set sph.kernel=wendland_c2
 grep -q 'particles pair' err && fail "a kernel that does not pair is warned of"
+sedov=$TEPHRA_SOURCE/ics/sedov.yml
+expect_status 0 tephra check "$sedov" --set start.hot=1;                      expect_text 'one row of gas holds 100 %' err
+for within in start.hot=32 'start.hot=1 --set sph.conduction=0.1'; do
+    expect_status 0 tephra check "$sedov" --set $within
+    grep -q 'one row of gas' err && fail "$within: a warning within the boundary"
+done
+expect_status 2 tephra check "$TEPHRA_SOURCE/ics/slab_shock.yml" --set sph.conduction=1; expect_text 'sph.conduction has a meaning' err
 expect_status 2 tephra check "$scene" --set sph.equation=entropy;  expect_text 'grad_h' err
 expect_status 2 tephra check "$scene" --set sph.grad_h=on;         expect_text 'count' err
 expect_status 2 tephra check "$scene" --set sph.strength=shocks --set sph.alpha_min=3; expect_text 'alpha_min' err
