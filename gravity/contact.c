@@ -40,7 +40,7 @@ static double change_by_rows(const struct change *c, enum species_kind kind, int
     for (int64_t i = first; i < end; i++) {
         if (kind == c->kind && i == c->row) continue;
         sim_predict(&c->sim->time, s, i, now);
-        sum += change_by(c, now, s->mass[i], c->g->half_soft2[kind]);
+        sum += change_by(c, now, s->mass[i], gravity_half_soft2(c->g, s, i));
     }
     return sum;
 }

@@ -56,7 +56,7 @@ static void stage_exact(const struct sim *sim, const struct gravity *g, const st
         tile->y[tile->n] = pos[1];
         tile->z[tile->n] = pos[2];
         tile->mass[tile->n] = g->G * s->mass[i];
-        tile->soft[tile->n++] = g->half_soft2[s->kind];
+        tile->soft[tile->n++] = gravity_half_soft2(g, s, i);
     }
 }
 
@@ -69,7 +69,7 @@ static void exact_block(const struct sim *sim, const struct gravity *g, const st
     struct gravity_exact tile;
     for (int i = 0; i < n; i++) {
         sim_predict(&sim->time, s, list[i], target[i]);
-        target[i][3] = g->half_soft2[s->kind];
+        target[i][3] = gravity_half_soft2(g, s, list[i]);
         for (int k = 0; k < 4; k++) sum[i][k] = 0;
     }
     for (const struct species *from = sim->species; from < sim->species + N_SPECIES; from++)

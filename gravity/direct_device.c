@@ -36,7 +36,7 @@ static void gather(struct gathered *rows, const struct sim *sim, const struct gr
         int64_t i = active ? s->active[a] : a, to = rows->n + a;
         sim_predict(&sim->time, s, i, rows->pos[to]);
         rows->mass[to] = s->mass[i];
-        rows->soft[to] = (float)g->half_soft2[s->kind];
+        rows->soft[to] = (float)gravity_half_soft2(g, s, i);
         rows->own[to] = (int32_t)(first + i);
     }
     rows->n += n;

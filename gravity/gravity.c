@@ -59,15 +59,29 @@ static const struct param params[] = {
     {0}
 };
 
+/* Plummer's eps of a species, and of a row. */
+static double of_species(const struct gravity *g, int kind)
+{
+    return isnan(g->softening_of[kind]) ? g->softening : g->softening_of[kind];
+}
+
+static double softening_of(const struct sim *sim, const struct gravity *g, const struct species *s, int64_t i)
+{
+    const struct black_holes *holes = black_hole_is(s, i) ? sim_state(sim, "black_holes") : NULL;
+    return holes ? holes->softening : of_species(g, s->kind);
+}
+
 static const double support_ratio = 2.8;    /* Springel (2005): depth of the spline's well is Plummer's */
 
 /* Half the softening squared: of Plummer's eps, or of the spline's support 2.8 eps. */
 static void set_softening(struct sim *sim, struct gravity *g)
 {
-    double least = INFINITY, most = 0;
+    const struct black_holes *holes = sim_state(sim, "black_holes");
+    const double per_eps = g->softening_kernel == KERNEL_SPLINE ? support_ratio : 1, hole = holes ? per_eps * holes->softening : 0;
+    double least = holes ? hole : INFINITY, most = hole;
+    g->half_soft2_hole = 0.5 * hole * hole;
     for (int s = 0; s < N_SPECIES; s++) {
-        double eps = isnan(g->softening_of[s]) ? g->softening : g->softening_of[s];
-        double length = g->softening_kernel == KERNEL_SPLINE ? support_ratio * eps : eps;
+        double length = per_eps * of_species(g, s);
         g->half_soft2[s] = 0.5 * length * length;
         if (sim->species[s].n == 0 && !sim->species[s].grows) continue;
         least = fmin(least, length);
@@ -274,9 +288,8 @@ static void energy(struct sim *sim, void *state, struct energy_sink *sink)
 /* Rows that no smoothing length limits (collisionless ones): free fall over their softening length. */
 static void reason(const struct sim *sim, const void *state, const struct species *s, int64_t i, struct step_reason *step)
 {
-    (void)sim;
     const struct gravity *g = state;
-    double eps = isnan(g->softening_of[s->kind]) ? g->softening : g->softening_of[s->kind];
+    double eps = softening_of(sim, g, s, i);
     if (s->h || g->left || !(eps > 0)) return;
     const float *acc = s->acc[i];
     double size = sqrt((double)acc[0] * (double)acc[0] + (double)acc[1] * (double)acc[1] + (double)acc[2] * (double)acc[2]);
@@ -330,7 +343,7 @@ static void warn(struct sim *sim, void *state)
 {
     const struct gravity *g = state;
     for_species(sim, s) {
-        double eps = isnan(g->softening_of[s->kind]) ? g->softening : g->softening_of[s->kind];
+        double eps = of_species(g, s->kind);
         if (s->n > 1 && !s->h && !g->left && !(eps > 0))
             log_warning("gravity.softening of %s is 0: nothing but time.dt_max limits the steps of these rows, and close "
                         "pairs will gain energy; give a softening", species_names[s->kind]);

@@ -2,6 +2,7 @@
  * Private to gravity: the module's state and its parts (moments.c, walk.c, direct.c, check.c). */
 #ifndef TEPHRA_GRAVITY_H
 #define TEPHRA_GRAVITY_H
+#include "black_holes.h"
 #include "kernels.h"
 #include "pair.h"
 #include "sim.h"
@@ -30,7 +31,8 @@ struct gravity {
     double G;
     enum softening_form form;       /* of references, in double */
     enum softening_form pair_form;  /* of kernels: a length that floats cannot tell from zero is not common */
-    double half_soft2[N_SPECIES];   /* what a row brings to the softening of a pair, squared */
+    double half_soft2[N_SPECIES];   /* what a row brings to the softening of a pair, squared: gravity_half_soft2 */
+    double half_soft2_hole;         /* and a black hole */
     double far_soft2;               /* Plummer softening squared between cells */
     double support;                 /* of the spline: cells act beyond it */
     double near2;                   /* unequal softenings: cells act beyond this distance squared */
@@ -62,6 +64,10 @@ struct gravity {
 
 /* For integrators that sum forces themselves: this module computes potentials only, in double. Called in declare. */
 void gravity_leave_forces(struct sim *sim, struct gravity *g);
+
+/* What row i brings to the softening of a pair, squared: half of its own. */
+static inline double gravity_half_soft2(const struct gravity *g, const struct species *s, int64_t i)
+{ return black_hole_is(s, i) ? g->half_soft2_hole : g->half_soft2[s->kind]; }
 
 static inline enum gravity_refinement gravity_refinement(const struct gravity *g)
 { return g->refined ? GRAVITY_REFINED : g->refinement; }

@@ -104,9 +104,10 @@ static void check_places(const struct sim *sim, const struct hermite *h)
     for_species(sim, s) rows += s->n;
     struct place *place = mem_array("hermite", struct place, rows);
     for_species(sim, s)
-        for (int64_t i = 0; i < s->n && h->gravity->half_soft2[s->kind] == 0; i++, n++) {
+        for (int64_t i = 0; i < s->n; i++) {
+            if (gravity_half_soft2(h->gravity, s, i) > 0) continue;
             memcpy(place[n].pos, s->pos[i], sizeof place[n].pos);
-            place[n].id = s->id[i];
+            place[n++].id = s->id[i];
         }
     qsort(place, (size_t)n, sizeof *place, by_place);
     for (int64_t i = 1; i < n; i++)
@@ -188,7 +189,7 @@ static inline void stage_row(const struct hermite *h, const struct species *s, i
         if (derivatives > 3) rows->jerk[k][to] = hermite_taylor(d + 3, n - 1, t);
     }
     rows->mass[to] = h->gravity->G * s->mass[i];
-    rows->soft[to] = h->gravity->half_soft2[s->kind];
+    rows->soft[to] = gravity_half_soft2(h->gravity, s, i);
 }
 
 /* corrected: the states of the active rows are of now already. */

@@ -9,7 +9,7 @@ struct stage {
     const struct sim *sim;
     const struct gravity *g;
     struct gravity_frame frame;
-    float half_soft2[N_SPECIES];    /* in units of length of the frame */
+    float half_soft2[N_SPECIES], half_soft2_hole;   /* in units of length of the frame */
     bool synchronous;               /* no row needs prediction */
 };
 
@@ -18,6 +18,7 @@ static inline struct stage stage_at(const struct sim *sim, const struct gravity 
     struct stage stage = {.sim = sim, .g = g, .frame = {{centre[0], centre[1], centre[2]}, 1 / unit, g->G},
                           .synchronous = timeline_synchronous(&sim->time)};
     for (int s = 0; s < N_SPECIES; s++) stage.half_soft2[s] = (float)(g->half_soft2[s] / (unit * unit));
+    stage.half_soft2_hole = (float)(g->half_soft2_hole / (unit * unit));
     return stage;
 }
 
@@ -28,6 +29,8 @@ static inline void stage_sources(const struct stage *stage, struct gravity_sourc
     enum { BLOCK = 64 };
     gravity_stage_rows *const rows = stage->g->kernels->pair->stage;
     for (int64_t i = from; out->soft && i < to; i++) out->soft[out->n + (i - from)] = stage->half_soft2[s->kind];
+    for (int64_t i = from; out->soft && s->hole && i < to; i++)
+        if (s->hole[i]) out->soft[out->n + (i - from)] = stage->half_soft2_hole;
     if (stage->synchronous) {
         rows(out->row + out->n, &stage->frame, (const double (*)[3])s->pos + from, s->mass + from, to - from);
         out->n += (int)(to - from);

@@ -2,12 +2,13 @@
  * Plummer's sphere in equilibrium, sampled as Aarseth, Henon & Wielen (1974, A&A 37, 183) do:
  * M(r) = M / (1 + (r0/r)^2)^(3/2); the velocity, in units of that of escape, has the density
  * g(q) = q^2 (1 - q^2)^(7/2) and no direction. Each row is made from its id alone. */
+#include "holes.h"
 #include "module.h"
 #include "random.h"
 #include "rows.h"
 #include <math.h>
 
-struct plummer { double mass, radius, cut, virial; int species; };
+struct plummer { double mass, radius, cut, virial; int species; struct holes holes; };
 
 static const struct param params[] = {
     {"mass", PARAM_REAL, "mass", "1", 1e-300, 1e300, NULL, "mass of the model out to infinity", false,
@@ -22,6 +23,7 @@ static const struct param params[] = {
      offsetof(struct plummer, virial)},
     {"species", PARAM_CHOICE, "", "dark", 0, 0, "dark|star", "what the rows are", false,
      offsetof(struct plummer, species)},
+    HOLES_PARAMS(struct plummer),
     {0}
 };
 
@@ -42,6 +44,8 @@ static void plummer_make(struct sim *sim, const void *state, int64_t n)
     const double r0 = plummer->radius, GM = sim->units.G * plummer->mass;
     const double part = isnan(plummer->cut) ? 1.0 : pow(1.0 + r0 * r0 / (plummer->cut * plummer->cut), -1.5);
     const uint64_t stream = random_stream("plummer");
+    n = holes_reserve(sim, &plummer->holes, n);
+    if (n == 0) return;
     struct species *table = rows_make(sim, kinds[plummer->species], n, part * plummer->mass);
 #pragma omp parallel for
     for (int64_t i = 0; i < n; i++) {
@@ -57,6 +61,8 @@ static void plummer_make(struct sim *sim, const void *state, int64_t n)
         }
     }
     rows_centre(rows_all(table));
+    const double d = plummer->holes.distance;
+    holes_make(sim, &plummer->holes, plummer->holes.n > 1 ? plummer->mass * pow(1 + r0 * r0 / (d * d), -1.5) : 0);
 }
 
 const struct generator plummer_generator = {

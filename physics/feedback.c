@@ -142,6 +142,7 @@ static void begin(struct sim *sim, void *state)
     if (star->n > 0) enrich(star, feedback->metallicity);
     if (cloud->n > 0 && cloud->metals) enrich(cloud, feedback->metallicity);
     for (int64_t i = 0; i < star->n; i++) {
+        if (star->hole && star->hole[i]) continue;     /* born of no stars */
         if (star->mass_born[i] == 0) star->mass_born[i] = star->mass[i];
         if (star->age_paid[i] == 0) star->age_paid[i] = fmax(timeline_now(&sim->time) - star->birth[i], 0);
     }

@@ -33,6 +33,7 @@
     COLUMN(birth,    double,      , KEEP, "L V^-1",   "StellarFormationTime", "time at which the stars formed") \
     COLUMN(mass_born,double,      , KEEP, "M",        "InitialMass",     "mass of the stars when they formed") \
     COLUMN(age_paid, double,      , KEEP, "L V^-1",   "",                "age up to which the stars have returned what was due") \
+    COLUMN(hole,     uint8_t,     , KEEP, "1",        "BlackHole",       "1: a black hole, 0: stars") \
     COLUMN(children, uint8_t,     , KEEP, "1",        "",                "rows that this one has given birth to") \
     COLUMN(collapse, float,       , KEEP, "L V^-1",   "",                "time for which the gas has been collapsing") \
     COLUMN(acc_exact,double,   [3], KEEP, "V^2 L^-1", "",                "acceleration at the row's own time, in double, for Hermite's schemes") \

@@ -6,7 +6,7 @@
 #define TEPHRA_LAYOUT_H
 #include "sim.h"
 
-enum { LAYOUT_TYPES = 6 };      /* PartType0 to PartType5 */
+enum { LAYOUT_TYPES = 6, LAYOUT_HOLES = 5 };     /* PartType0 to PartType5; black holes of other programs */
 extern const int layout_type[N_SPECIES];    /* the PartType of a species */
 
 /* Unit of the file in cgs; 1 for dimensionless scenes. */

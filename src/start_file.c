@@ -225,6 +225,8 @@ static void fill_missing(const struct group *g)
     }
     if (!find(g, "Velocities", path))
         log_line("%s: PartType%d has no Velocities: at rest", r->path, g->type);
+    if (g->type == LAYOUT_HOLES && table->hole && !find(g, "BlackHole", path))
+        memset(table->hole + g->first, 1, (size_t)g->n);
     if (table->kind != GAS || !table->u || find(g, "InternalEnergy", path)) return;
     float *u = table->u + g->first;
     if (kelvin == 0 || !find(g, "Temperature", path))
