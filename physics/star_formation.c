@@ -12,6 +12,7 @@
 #include "random.h"
 #include "ranks.h"
 #include "sph/sph.h"
+#include "steps.h"
 #include <math.h>
 
 enum criterion { JEANS, SCHMIDT };
@@ -131,25 +132,28 @@ static double bound_part(const struct sim *sim, int64_t i)
     return 1 - (heat + 0.5 * motion2(sim, i)) / depth;
 }
 
-/* Mass that becomes stars now; the clock of the collapse goes on or back. */
-static double jeans_mass(struct sim *sim, const struct star_formation *sf, int64_t i, double dt)
+/* Mass that becomes stars now, if births are due; the clock of the collapse goes on or back. */
+static double jeans_mass(struct sim *sim, const struct star_formation *sf, int64_t i, double dt, bool due)
 {
     struct species *gas = &sim->species[GAS];
     double part = (double)gas->rho[i] > sf->rho_least ? bound_part(sim, i) : 0;
     gas->collapse[i] = part > 0 ? gas->collapse[i] + (float)dt : 0;
-    if (!(part > 0) || (double)gas->collapse[i] < free_fall_time(sim, i)) return 0;
+    if (!due || !(part > 0) || (double)gas->collapse[i] < free_fall_time(sim, i)) return 0;
     gas->collapse[i] = 0;
     return fmin(part, sf->largest_part) * gas->mass[i];
 }
 
-/* The expectation is (1 - exp(-c dt/t_ff)) m. */
-static double schmidt_mass(const struct sim *sim, const struct star_formation *sf, int64_t i, double dt)
+/* The expectation is (1 - exp(-c t/t_ff)) m, t the time since the last draw in which the gas could form stars. */
+static double schmidt_mass(struct sim *sim, const struct star_formation *sf, int64_t i, double dt, bool due)
 {
-    const struct species *gas = &sim->species[GAS];
+    struct species *gas = &sim->species[GAS];
     const struct random key = {sim->seed, gas->id[i], (uint64_t)sim->time.tick, random_stream("star_formation")};
     if ((double)gas->rho[i] < sf->rho_least || (sf->converging && gas->div_v[i] > 0)) return 0;
+    gas->collapse[i] += (float)dt;
+    if (!due) return 0;
     double mass = fmin(sf->spawned * sf->gas_mass, gas->mass[i]);
-    double expected = -expm1(-sf->rate * dt / free_fall_time(sim, i)) * gas->mass[i];
+    double expected = -expm1(-sf->rate * (double)gas->collapse[i] / free_fall_time(sim, i)) * gas->mass[i];
+    gas->collapse[i] = 0;
     return random_uniform(&key, 0) < expected / mass ? mass : 0;
 }
 
@@ -215,13 +219,14 @@ static void event(struct sim *sim, void *state)
     for (int c = 0; c < N_COLUMNS; c++) keep |= (uint64_t)(column_table[c].lifetime == KEEP) << c;
     ranks_share(sim, keep);
     sf->untold = 0;
+    const bool due = steps_births_due(sim);
     double *mass = mem_array("star_formation", double, gas->n_ending);
 #pragma omp parallel for schedule(dynamic, 64)
     for (int64_t e = 0; e < gas->n_ending; e++) {
         int64_t i = gas->ending[e];
         double dt = timeline_step(&sim->time, gas->rung0[i]);
         if (dt == 0 || gas->children[i] == UINT8_MAX || species_child(gas->id[i], 1) == 0) continue;
-        mass[e] = sf->criterion == JEANS ? jeans_mass(sim, sf, i, dt) : schmidt_mass(sim, sf, i, dt);
+        mass[e] = sf->criterion == JEANS ? jeans_mass(sim, sf, i, dt, due) : schmidt_mass(sim, sf, i, dt, due);
     }
     for (int64_t e = 0; e < gas->n_ending; e++) {
         int64_t i = gas->ending[e];

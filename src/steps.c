@@ -19,6 +19,9 @@ enum { LEAF_ROWS = 32 };
 static const double rebuild_share = 1.0 / 2;
 /* And once so many updates a row were done since, because rows move away from what were their neighbours. */
 static const double rebuild_updates = 1;
+/* New rows ask for a tree at the next step: they wait until the updates since the last one have cost several times what
+ * a tree costs (0.15 against 2 microseconds a row). */
+static const double birth_updates = 1.0 / 2;
 
 static int64_t count_rows(const struct sim *sim)
 {
@@ -33,6 +36,14 @@ bool steps_rebuild_due(const struct sim *sim)
     for_species(sim, s) ending += (double)s->n_ending;
     return sim->tree.built < 0 || sim->rebuild_next || ending >= rebuild_share * rows
         || (double)sim->unsorted + ending >= rebuild_updates * rows;
+}
+
+bool steps_births_due(const struct sim *sim)
+{
+    double updates = (double)sim->unsorted, ending = 0;
+    for_species(sim, s) ending += (double)s->n_ending;
+    if (sim->tree.built == sim->time.tick) updates = ending;    /* `unsorted` does not count the step of the build */
+    return updates >= birth_updates * (double)count_rows(sim);
 }
 
 static void tree_arrange(struct sim *sim, void *state)
