@@ -22,7 +22,7 @@ static const struct param params[] = {
     {0}
 };
 
-/* What is left, over what Kim & Ostriker (2015) find in the end, and over 1e51 erg. */
+/* What is left, over what Kim & Ostriker (2015, eq. 34) find in the end, and over 1e51 erg. */
 struct left { double momentum, kinetic, hot; };
 
 static struct left find_left(const struct sim *sim, double n_h)
