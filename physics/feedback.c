@@ -23,6 +23,7 @@ struct feedback {
     /* Parameters. */
     int imf, snia;
     double binaries, snia_number, efficiency, energy, nebula, portion, discrete, metallicity, wind_power, wind_loss;
+    double age, time_step;
     bool winds;
     double heating, momentum;
     int64_t neighbours;
@@ -59,7 +60,7 @@ static const struct param params[] = {
     {"heating", PARAM_REAL, "temperature", "3.16e7 K", 1e4, 1e10, NULL,
      "stochastic: by how much gas is heated (with a mean molecular weight of 0.6)", true, offsetof(struct feedback, heating)},
     {"momentum", PARAM_REAL, "momentum", "none", 0, 1e300, NULL,
-     "momentum: of a supernova where n_H = 1 cm^-3, falling as n_H^-0.17; default: 2.8e5 Msun km/s (Kim & Ostriker 2015)",
+     "momentum: of a supernova where n_H = 1 cm^-3, falling as n_H^-0.17; default: 2.8e5 Msun km/s (Kim & Ostriker 2015, eq. 34)",
      true, offsetof(struct feedback, momentum)},
     {"nebula", PARAM_REAL, "", "1e47", 0, 1e54, NULL, "energy of a planetary nebula in erg", true,
      offsetof(struct feedback, nebula)},
@@ -81,6 +82,11 @@ static const struct param params[] = {
     {"metallicity", PARAM_REAL, "", "0.02", 0, 1, NULL,
      "mass fraction of metals, in solar proportions, of rows that have none at the start", false,
      offsetof(struct feedback, metallicity)},
+    {"age", PARAM_REAL, "time", "0", 0, 1e300, NULL, "at the start, of stars that come without a mass at birth", false,
+     offsetof(struct feedback, age)},
+    {"time_step", PARAM_REAL, "", "0.1", 1e-3, 1e3, NULL,
+     "longest step of a star row over its age (or 3.3 Myr, when the first stars end): what is due comes in such portions", true,
+     offsetof(struct feedback, time_step)},
     {0}
 };
 
@@ -121,6 +127,20 @@ static void enrich(struct species *s, double metallicity)
     }
 }
 
+/* A row of stars without a history: what is left at `age` of those that were born then. */
+static void grow_old(struct sim *sim, const struct feedback *feedback, int64_t i)
+{
+    struct species *star = &sim->species[STAR];
+    const double mass = star->mass[i], now = timeline_now(&sim->time);
+    const struct population_birth birth = {star->metals[i] / mass, star->mass_o[i] / mass, star->mass_fe[i] / mass};
+    struct population_return returned[N_POPULATION_CAUSES];
+    double left = 1;
+    if (star->birth[i] == 0) star->birth[i] = now - feedback->age;
+    population_returned(feedback->population, (now - star->birth[i]) * feedback->years, &birth, returned);
+    for (int c = 0; c < N_POPULATION_CAUSES; c++) left -= returned[c].mass;
+    star->mass_born[i] = mass / left;
+}
+
 static void begin(struct sim *sim, void *state)
 {
     struct feedback *feedback = state;
@@ -143,7 +163,7 @@ static void begin(struct sim *sim, void *state)
     if (cloud->n > 0 && cloud->metals) enrich(cloud, feedback->metallicity);
     for (int64_t i = 0; i < star->n; i++) {
         if (star->hole && star->hole[i]) continue;     /* born of no stars */
-        if (star->mass_born[i] == 0) star->mass_born[i] = star->mass[i];
+        if (star->mass_born[i] == 0) grow_old(sim, feedback, i);
         if (star->age_paid[i] == 0) star->age_paid[i] = fmax(timeline_now(&sim->time) - star->birth[i], 0);
     }
 }
@@ -191,7 +211,22 @@ static double energy_of(const struct feedback *feedback, int cause)
     return feedback->efficiency * feedback->energy / feedback->erg;
 }
 
-/* False if less than a portion is due. */
+/* Whether another portion has come together in the step that ends: a star without gas near does not search in every step. */
+static bool portion_filled(const struct sim *sim, const struct feedback *feedback, int64_t i, const struct population_birth *birth,
+                           const struct population_return paid[N_POPULATION_CAUSES], const struct due *due)
+{
+    const struct species *star = &sim->species[STAR];
+    const double portion = feedback->portion * star->mass_born[i], age = due->age - timeline_step(&sim->time, star->rung0[i]);
+    struct population_return before[N_POPULATION_CAUSES];
+    double earlier = 0;
+    if (!(due->mass > portion)) return false;
+    if (age <= star->age_paid[i] || portion == 0) return true;
+    population_returned(feedback->population, age * feedback->years, birth, before);
+    for (int c = 0; c < N_POPULATION_CAUSES; c++) earlier += star->mass_born[i] * fmax(before[c].mass - paid[c].mass, 0);
+    return floor(due->mass / portion) > floor(earlier / portion);
+}
+
+/* False if nothing is to be paid now. */
 static bool find_due(const struct sim *sim, const struct feedback *feedback, int64_t i, struct due *due)
 {
     const struct species *star = &sim->species[STAR];
@@ -199,12 +234,13 @@ static bool find_due(const struct sim *sim, const struct feedback *feedback, int
     const double share[N_ELEMENTS] = {star->metals[i] / mass, star->mass_o[i] / mass, star->mass_fe[i] / mass};
     const struct population_birth birth = {share[0], share[1], share[2]};
     struct population_return now[N_POPULATION_CAUSES], paid[N_POPULATION_CAUSES];
-    *due = (struct due){.age = timeline_now(&sim->time) - star->birth[i]};
-    if (!(due->age > star->age_paid[i])) return false;
+    const double age = timeline_now(&sim->time) - star->birth[i];
+    if (!(age > star->age_paid[i] * (1 + feedback->portion / population_fastest(feedback->population)))) return false;
+    *due = (struct due){.age = age};
     population_returned(feedback->population, due->age * feedback->years, &birth, now);
     population_returned(feedback->population, star->age_paid[i] * feedback->years, &birth, paid);
     for (int c = 0; c < N_POPULATION_CAUSES; c++) due->mass += due->mass_by[c] = born * fmax(now[c].mass - paid[c].mass, 0);
-    if (!(due->mass > feedback->portion * born)) return false;
+    if (!portion_filled(sim, feedback, i, &birth, paid, due)) return false;
     for (int c = 0; c < N_POPULATION_CAUSES; c++) {
         double number = born * feedback->suns * fmax(now[c].number - paid[c].number, 0);
         const double element[N_ELEMENTS] = {now[c].metals - paid[c].metals, now[c].o - paid[c].o, now[c].fe - paid[c].fe};
@@ -284,7 +320,31 @@ static void event(struct sim *sim, void *state)
     mem_free(due);
 }
 
-static void limit(struct sim *sim, void *state) { deposit_wake(sim, &((struct feedback *)state)->wishes); }
+/* The rate at which a population returns changes with its age. */
+static double longest_step(const struct sim *sim, const struct feedback *feedback, int64_t i)
+{
+    const double first_end = 3.3e6;     /* yr: populations.md, section 2 */
+    double age = timeline_now(&sim->time) - sim->species[STAR].birth[i];
+    if (sim->species[STAR].mass_born[i] == 0) return INFINITY;      /* a black hole */
+    return feedback->time_step * fmax(age, first_end / feedback->years);
+}
+
+static void limit(struct sim *sim, void *state)
+{
+    struct feedback *feedback = state;
+    struct species *star = &sim->species[STAR];
+    for (int64_t a = 0; a < star->n_active; a++) {
+        int64_t i = star->active[a];
+        star->dt[i] = fminf(star->dt[i], (float)longest_step(sim, feedback, i));
+    }
+    deposit_wake(sim, &feedback->wishes);
+}
+
+static void reason(const struct sim *sim, const void *state, const struct species *s, int64_t i, struct step_reason *step)
+{
+    double longest = s->kind == STAR ? longest_step(sim, state, i) : INFINITY;
+    if (longest < 0.999 * step->dt) *step = (struct step_reason){longest, "feedback.time_step"};
+}
 
 /* Winds come last, and only where the scene has them. */
 static int told_causes(const struct feedback *feedback)
@@ -354,6 +414,9 @@ static void warn(struct sim *sim, void *state)
     const struct species *gas = &sim->species[GAS];
     const double n_h = 1, thinnest = 1e-3;      /* of a galaxy's disc; of gas between the stars [cm^-3] */
     double mass = 0;
+    if (feedback->time_step >= 1)
+        log_warning("feedback.time_step: %g: a step can be longer than the lives of massive stars, whose supernovae all heat the "
+                    "gas at its end", feedback->time_step);
     for (int64_t i = 0; i < gas->n; i++) mass += gas->mass[i] * sim->units.mass / CONST_M_SUN / (double)gas->n;
     if (!(mass > 0) || !sim_state(sim, "cooling") || !(feedback->efficiency > 0)) return;
     const double rows = supernova_shell_mass(n_h) / mass;
@@ -373,6 +436,6 @@ static void warn(struct sim *sim, void *state)
 const struct module feedback_module = {
     .name = "feedback", .doc = "stars return mass, elements and energy to the gas", .kind = MODULE_BLOCK,
     .params = params, .requires = requires, .state_bytes = sizeof(struct feedback), .saved = saved,
-    .declare = declare, .begin = begin, .end = end, .energy = energy, .budget = budget, .warn = warn,
-    .hook = {[HOOK_EVENT] = event, [HOOK_LIMIT] = limit},
+    .declare = declare, .begin = begin, .end = end, .energy = energy, .budget = budget, .reason = reason,
+    .warn = warn, .hook = {[HOOK_EVENT] = event, [HOOK_LIMIT] = limit},
 };

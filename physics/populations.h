@@ -43,6 +43,8 @@ void population_free(struct population *population);
  * stars, metals, o and fe what of it is metals, oxygen and iron, the stars' own share included. */
 void population_returned(const struct population *population, double age, const struct population_birth *birth,
                          struct population_return by_cause[N_POPULATION_CAUSES]);
+/* More than the mass that is ever returned while the age grows by a factor e. */
+double population_fastest(const struct population *population);
 /* Mass of the stars that have ended, and of what is left of them: dead = returned + remnants. */
 double population_dead(const struct population *population, double age, double metals);
 double population_remnants(const struct population *population, double age, double metals);

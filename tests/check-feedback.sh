@@ -81,6 +81,20 @@ near "$(column winds/energy.csv mass_star 0)" "$(column $energies mass_star 0)" 
 near "$(column winds/energy.csv total 0)" "$(column winds/energy.csv total 2)" 1e-3 || fail "energy: $(column winds/energy.csv error 0)"
 head -n 1 $energies | grep -q wind && fail "winds have a column where there are none"
 
+# One step longer than the lives of all stars that explode pays for all of them.
+expect_status 0 tephra run "$scene" --set start.n=410 --set time.end=50Myr --set output.snapshot_every=50Myr --set feedback.time_step=1000 --out long
+expect_text 'feedback.time_step: 1000' long/log.txt
+near "$(column long/energy.csv injected_snii 0)" -0.250195 1e-3 || fail "SNII of one step: $(column long/energy.csv injected_snii 0)"
+near "$(column long/energy.csv mass_star 0)" "$(column $energies mass_star 0)" 2e-4 || fail "mass of one step"
+
+# Stars that are old at the start: what is left of 1.24 times as many (0.0626 + 0.1310 + 0.0006 returned), no SNII any more.
+expect_status 0 tephra run "$scene" $small --set "feedback.age=1 Gyr" --out old
+tephra info old/snapshot_000.hdf5 | awk '/InitialMass/ { exit !($3 > 1.239e-6 && $3 < 1.243e-6 && $5 == $3) }' ||
+    fail "mass at birth: $(tephra info old/snapshot_000.hdf5 | grep InitialMass)"
+near "$(column old/energy.csv injected_snii 0)" 0 1e-12 || fail "SNII of old stars: $(column old/energy.csv injected_snii 0)"
+near "$(column old/energy.csv injected_snia 0)" "$(column old/energy.csv injected_snia 0)" 1 && [ "$(column old/energy.csv injected_snia 0)" != 0 ] ||
+    fail "no SNIa of old stars"
+
 # Told: rows too heavy for supernovae, and such that overshoot.
 expect_status 0 tephra check "$scene"
 expect_text 'radiate the heat of a supernova' err

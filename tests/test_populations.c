@@ -170,8 +170,9 @@ static void test_closure(void **unused)
     for (int k = 0; k < N_IMFS; k++)
         for (int snia = 0; snia <= POPULATION_NO_SNIA; snia++) {
             struct population *population = new_population(k, snia);
+            const double fastest = population_fastest(population);
             for (double metals = 1e-4; metals < 0.1; metals *= 2.3)
-                for (double age = 1e6; age < 3e10; age *= 1.13) {
+                for (double age = 1e6, last = 0; age < 3e10; age *= 1.13) {
                     struct population_return r[N_POPULATION_CAUSES];
                     const struct population_birth birth = {metals, 0.4 * metals, 0.07 * metals};
                     double sum = population_remnants(population, age, metals);
@@ -183,6 +184,9 @@ static void test_closure(void **unused)
                         assert_true(r[c].o >= 0 && r[c].fe >= 0);
                     }
                     assert_true(fabs(sum) < 1e-12);
+                    double all = r[POPULATION_SNII].mass + r[POPULATION_SNIA].mass + r[POPULATION_AGB].mass;
+                    assert_true(all - last <= fastest * log(1.13) && fastest < 0.3);
+                    last = all;
                 }
             assert_near(population_dead(population, 1e40, 0.02), 1, 1e-12);
             population_free(population);
