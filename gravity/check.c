@@ -158,7 +158,8 @@ bool gravity_check_passes(struct sim *sim, struct gravity *g, struct gravity_sam
     if (!isnan(tree ? g->opening_angle : g->tolerance) || !(e.p99 > 0)) return true;
     /* The error goes as alpha, or less steeply, and as the power 2.5 of the angle; changes are bounded. */
     double change = fmin(fmax(aim * g->accuracy / e.p99, 0.25), 4);
-    g->scale = fmin(fmax(g->scale * (tree ? pow(change, 1 / 2.5) : change), 1e-3), 1e3);
+    /* As a float: in which parts ranks have summed the reference changes its last bits. */
+    g->scale = (double)(float)fmin(fmax(g->scale * (tree ? pow(change, 1 / 2.5) : change), 1e-3), 1e3);
     if (e.p99 <= safe * g->accuracy) return true;
     if (++sample->trials == TRIALS) {
         if (e.p99 > g->accuracy)

@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Direct sums: in float relative to each group's centre with promoted sums (solver direct), and in
  * double, for references and for `precision: double`. */
+#include "comm.h"
 #include "sum.h"
 #include "walk.h"
 #include <math.h>
+#include <string.h>
 
 /* Everything before, between and after the group's own rows, in the order of memory. */
 static void add_others(struct walk *w, const struct node *node)
@@ -49,7 +51,7 @@ static void stage_exact(const struct sim *sim, const struct gravity *g, const st
                         struct gravity_exact *tile)
 {
     tile->n = 0;
-    for (int64_t i = from; i < s->n && tile->n < GRAVITY_EXACT; i++) {
+    for (int64_t i = from; i < species_to(s) && tile->n < GRAVITY_EXACT; i++) {
         double pos[3];
         sim_predict(&sim->time, s, i, pos);
         tile->x[tile->n] = pos[0];
@@ -62,37 +64,73 @@ static void stage_exact(const struct sim *sim, const struct gravity *g, const st
 
 enum { BLOCK = 64 };
 
-static void exact_block(const struct sim *sim, const struct gravity *g, const struct species *s, const int32_t *list,
+/* A row on which all rows that are here act: x, y, z, softening. */
+struct exact_target { double at[4]; int64_t row; };
+
+/* The rows of species s. */
+static void exact_block(const struct sim *sim, const struct gravity *g, const struct species *s, const struct exact_target *target,
                         int n, double (*sum)[4])
 {
-    double target[BLOCK][4];
     struct gravity_exact tile;
-    for (int i = 0; i < n; i++) {
-        sim_predict(&sim->time, s, list[i], target[i]);
-        target[i][3] = gravity_half_soft2(g, s, list[i]);
-        for (int k = 0; k < 4; k++) sum[i][k] = 0;
-    }
+    memset(sum, 0, (size_t)n * sizeof *sum);
     for (const struct species *from = sim->species; from < sim->species + N_SPECIES; from++)
-        for (int64_t first = 0; first < from->n; first += GRAVITY_EXACT) {
+        for (int64_t first = species_from(from); first < species_to(from); first += GRAVITY_EXACT) {
             stage_exact(sim, g, from, first, &tile);
             for (int i = 0; i < n; i++) {
-                int64_t own = from == s ? list[i] - first : -1;
+                int64_t own = from == s ? target[i].row - first : -1;
                 bool here = own >= 0 && own < tile.n;
                 double mass = here ? tile.mass[own] : 0;
                 if (here) tile.mass[own] = 0;
-                g->kernels->exact->sum[g->form](sum[i], target[i], &tile);
+                g->kernels->exact->sum[g->form](sum[i], target[i].at, &tile);
                 if (here) tile.mass[own] = mass;
             }
         }
     for (int i = 0; i < n; i++) sum[i][3] = -sum[i][3];
 }
 
-void gravity_direct_rows(const struct sim *sim, const struct gravity *g, const struct species *s,
-                         const int32_t *list, int64_t n, double (*acc)[4])
+static void exact_rows(const struct sim *sim, const struct gravity *g, const struct species *s, const struct exact_target *target,
+                       int64_t n, double (*acc)[4])
 {
 #pragma omp parallel for schedule(dynamic, 1)
     for (int64_t i = 0; i < n; i += BLOCK)
-        exact_block(sim, g, s, list + i, (int)(n - i < BLOCK ? n - i : BLOCK), acc + i);
+        exact_block(sim, g, s, target + i, (int)(n - i < BLOCK ? n - i : BLOCK), acc + i);
+}
+
+/* Of spread rows each rank sums over its own, on the targets of all ranks. */
+static void exact_shared(const struct sim *sim, const struct gravity *g, const struct species *s, const struct exact_target *own,
+                         int64_t n, double (*acc)[4])
+{
+    int64_t *bytes = mem_array("gravity", int64_t, comm_size()), before = 0, total = 0;
+    comm_gather_counts(n * (int64_t)sizeof *own, bytes);
+    for (int r = 0; r < comm_size(); r++) {
+        if (r < comm_rank()) before += bytes[r] / (int64_t)sizeof *own;
+        total += bytes[r] / (int64_t)sizeof *own;
+    }
+    struct exact_target *all = mem_alloc("gravity", (size_t)total * sizeof *all);
+    double (*sum)[4] = mem_alloc("gravity", (size_t)total * sizeof *sum);
+    if (n > 0) memcpy(all + before, own, (size_t)n * sizeof *own);
+    comm_gather_all(all, bytes);
+    exact_rows(sim, g, s, all, total, sum);
+    check(total < INT32_MAX / 4);
+    if (total > 0) comm_sum(sum[0], (int)(4 * total));
+    if (n > 0) memcpy(acc, sum + before, (size_t)n * sizeof *sum);
+    mem_free(all);
+    mem_free(sum);
+    mem_free(bytes);
+}
+
+void gravity_direct_rows(const struct sim *sim, const struct gravity *g, const struct species *s,
+                         const int32_t *list, int64_t n, double (*acc)[4])
+{
+    struct exact_target *target = mem_alloc("gravity", (size_t)n * sizeof *target);
+    for (int64_t i = 0; i < n; i++) {
+        target[i].row = list[i];
+        sim_predict(&sim->time, s, list[i], target[i].at);
+        target[i].at[3] = gravity_half_soft2(g, s, list[i]);
+    }
+    if (sim->spread) exact_shared(sim, g, s, target, n, acc);
+    else exact_rows(sim, g, s, target, n, acc);
+    mem_free(target);
 }
 
 static void direct_double(struct sim *sim, struct gravity *g, enum gravity_output output)

@@ -183,8 +183,16 @@ void gravity_configure(struct sim *sim, struct gravity *g)
     set_softening(sim, g);
     set_opening(sim, g);
     int width = gravity_moments_width(&g->opening);
-    sim->tree.width[NODE_moment] = 0;
-    if (g->opening.solver != SOLVER_DIRECT && width > 0) tree_need(&sim->tree, NODE_moment, width);
+    sim->tree.width[NODE_moment] = sim->tree.width[NODE_cell] = sim->tree.width[NODE_least] = 0;
+    if (g->opening.solver == SOLVER_DIRECT) {
+        sim->whole = "direct sums of gravity";
+    } else {
+        if (width > 0) tree_need(&sim->tree, NODE_moment, width);
+        tree_need(&sim->tree, NODE_cell, (int)sizeof(struct gravity_cell));
+        tree_need(&sim->tree, NODE_least, 1);
+        sim->tree.largest_group = g->opening.group_size;
+        if (sim->device && g->opening.solver == SOLVER_TREE) sim->whole = "the tree's walk on a device";
+    }
     tree_need_leaf(&sim->tree, g->opening.leaf_size);
 }
 
@@ -217,8 +225,6 @@ static void end(struct sim *sim, void *state)
     (void)sim;
     struct gravity *g = state;
     gravity_engines_free(g);
-    mem_free(g->cell);
-    mem_free(g->least);
     gravity_rows_free(g);
 }
 
@@ -235,7 +241,7 @@ static void arrange(struct sim *sim, void *state)
     struct gravity *g = state;
     set_unit(sim, g);
     if (g->opening.solver == SOLVER_DIRECT || sim->tree.n_nodes == 0) return;
-    if (g->n_cells != sim->tree.n_nodes || sim->tree.built == sim->time.tick) gravity_moments_build(sim, g);
+    if (g->n_cells != sim->tree.n_fixed || sim->tree.built == sim->time.tick) gravity_moments_build(sim, g);
     else gravity_moments_refit(sim, g);
 }
 
@@ -252,7 +258,7 @@ static void learn(struct sim *sim, struct gravity *g)
 {
     if (g->opening.solver != SOLVER_FMM || g->known || sim->tree.n_nodes == 0) return;
     compute(sim, g, OUTPUT_SIZE);
-    ranks_share(sim, (uint64_t)1 << COLUMN_grav);
+    if (!sim->spread) ranks_share(sim, (uint64_t)1 << COLUMN_grav);
     g->known = 1;
     gravity_moments_least(sim, g);
 }
@@ -261,6 +267,7 @@ static void force(struct sim *sim, void *state)
 {
     struct gravity *g = state;
     if (g->left) return;
+    gravity_moments_open(sim, g);   /* others have asked for cells since */
     learn(sim, g);
     struct gravity_sample *sample = gravity_check_due(sim, g) ? gravity_check_begin(sim, g) : NULL;
     compute(sim, g, OUTPUT_FORCE);
@@ -275,6 +282,7 @@ static void potential(struct sim *sim, void *state)
 {
     struct gravity *g = state;
     g->epoch++;     /* rows may have moved since the force */
+    gravity_moments_open(sim, g);
     compute(sim, g, OUTPUT_POTENTIAL);
 }
 

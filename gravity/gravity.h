@@ -44,9 +44,11 @@ struct gravity {
     struct gravity_source *row;
     float *soft;                    /* one a row; not where softening is common */
     int32_t epoch;                  /* a leaf staged in this epoch is up to date */
-    struct gravity_cell *cell;      /* one a node of the tree */
-    float *least;                   /* one a node: the least acceleration of its rows, bounded below */
-    int32_t n_cells;
+    int64_t first_row, n_rows;      /* places of the own rows among the staged ones */
+    int64_t rows_room;              /* staged rows that there are addresses for */
+    struct gravity_cell *cell;      /* the tree's columns: one a node; the least acceleration of its rows, bounded below */
+    float *least;
+    int32_t n_cells, n_placed;      /* cells; cells whose rows have their places, those that were opened too */
     int64_t built, fitted;          /* ticks of the tree that the cells are of */
 
     double scale;                   /* of the opening, set by the self-check; saved */
@@ -80,6 +82,8 @@ static inline bool gravity_is_leaf(const struct gravity *g, const struct node *n
 static inline bool gravity_is_group(const struct gravity *g, const struct node *node)
 { return node->n_children == 0 || (!node->stretched && node_rows(node, ALL_SPECIES) <= g->opening.group_size); }
 
+/* The rows of a cell that is another rank's are here: room to stage them. */
+void gravity_rows_use(struct gravity *g, int32_t n);
 /* Room for the staged rows of a new tree. After the rows or the cells have moved: epoch++. */
 void gravity_rows_build(struct sim *sim, struct gravity *g);
 void gravity_rows_free(struct gravity *g);
@@ -91,6 +95,8 @@ const struct gravity_leaf *gravity_rows_leaf(const struct sim *sim, const struct
 /* Multipoles, reach and least accelerations of all cells of a new tree; and after a refit. */
 void gravity_moments_build(struct sim *sim, struct gravity *g);
 void gravity_moments_refit(struct sim *sim, struct gravity *g);
+/* After other ranks' cells were opened (ghosts.h). */
+void gravity_moments_open(struct sim *sim, struct gravity *g);
 /* The bounds on accelerations alone, from the column grav. */
 void gravity_moments_least(struct sim *sim, struct gravity *g);
 /* Floats a node of the column `moment`: 0 for monopoles. */
@@ -111,7 +117,7 @@ bool gravity_leave_device(struct sim *sim, struct gravity *g, const char *error)
 void gravity_engines_free(struct gravity *g);
 
 /* Acceleration and potential of listed rows of one species by direct sums in double: acc[4 i] is
- * ax, ay, az, potential of row list[i]. */
+ * ax, ay, az, potential of row list[i]. Of spread rows on all ranks together. */
 void gravity_direct_rows(const struct sim *sim, const struct gravity *g, const struct species *s,
                          const int32_t *list, int64_t n, double (*acc)[4]);
 

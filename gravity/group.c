@@ -23,7 +23,7 @@ void walk_open(struct walk *w, struct sim *sim, const struct gravity *g, enum gr
 void walk_close(struct walk *w)
 {
     void *block[] = {w->waiting.item, w->parents.item, w->parents_far.item, w->opened.item, w->opened_far.item,
-                     w->local.item, w->near.item, w->far.item, w->verdict.item, w->path.item, w->row,
+                     w->local.item, w->near.item, w->far.item, w->verdict.item, w->path.item, w->again.item, w->row,
                      w->own.row, w->own.soft, w->sources.row, w->sources.soft,
                      w->targets.x, w->targets.y, w->targets.z, w->targets.soft, w->targets.own,
                      w->targets.ax, w->targets.ay, w->targets.az, w->targets.depth};

@@ -409,7 +409,7 @@ static void reason(const struct sim *sim, const void *state, const struct specie
 #define HERMITE(order, text) \
     const struct module hermite##order##_module = { \
         .name = "hermite" #order, .doc = text, .kind = MODULE_INTEGRATOR, .params = params##order, .open_space = true, \
-        .state_bytes = sizeof(struct hermite), .saved = saved, .declare = declare##order, .end = end, \
+        .whole = true, .state_bytes = sizeof(struct hermite), .saved = saved, .declare = declare##order, .end = end, \
         .hook = {[HOOK_FORCE] = force, [HOOK_CORRECT] = correct, [HOOK_LIMIT] = limit}, .reason = reason, \
     }
 HERMITE(4, "Hermite's scheme of 4th order, direct sums in double");

@@ -5,6 +5,7 @@
  * kept until the next; between, centres drift and spheres grow. */
 #include "cell.h"
 #include "comm.h"
+#include "ghosts.h"
 #include "gravity.h"
 #include "mem.h"
 #include <math.h>
@@ -135,17 +136,29 @@ static void place_cell(const struct gravity *g, const struct node *node, struct 
 {
     memcpy(cell->pos, node->pos, sizeof cell->pos);
     cell->mass = (float)(g->G * (double)node->mass);
-    cell->child = node->child;
+    cell->child = node->child;      /* -1: closed */
     cell->n_children = (int16_t)(gravity_is_leaf(g, node) ? 0 : node->n_children);
     cell->group = gravity_is_group(g, node);
+}
+
+/* Cells of several ranks, from the topmost of each. */
+static void top_moments(struct sim *sim, struct gravity *g)
+{
+    const struct tree *tree = &sim->tree;
+    if (tree->width[NODE_moment]) ghosts_share_top_column(sim, NODE_moment);
+    ghosts_share_top_column(sim, NODE_cell);
+    for (int32_t n = tree->n_top - 1; n >= 0; n--) {
+        g->cell[n].child = tree->node[n].child;
+        if (tree->node[n].place == NODE_TOP) inner_moments(sim, g, n);
+    }
 }
 
 void gravity_moments_build(struct sim *sim, struct gravity *g)
 {
     const struct tree *tree = &sim->tree;
-    g->n_cells = tree->n_nodes;
-    g->cell = mem_resize("gravity", g->cell, (size_t)g->n_cells * sizeof *g->cell);
-    g->least = mem_resize("gravity", g->least, (size_t)g->n_cells * sizeof *g->least);
+    g->n_cells = tree->n_fixed;
+    g->cell = tree_column(tree, NODE_cell);
+    g->least = tree_column(tree, NODE_least);
     gravity_rows_build(sim, g);
 #pragma omp parallel for schedule(dynamic, 64)
     for (int32_t n = 0; n < g->n_cells; n++) {
@@ -153,18 +166,40 @@ void gravity_moments_build(struct sim *sim, struct gravity *g)
         if (is_below(g, tree, n)) continue;
         place_cell(g, &tree->node[n], &g->cell[n]);
         gravity_rows_place(g, n, &tree->node[n]);
-        if (g->cell[n].n_children == 0) leaf_moments(sim, g, n);
+        if (g->cell[n].n_children == 0 && tree->node[n].place == NODE_OWN) leaf_moments(sim, g, n);
     }
     for (int32_t n = g->n_cells - 1; n >= 0; n--)
-        if (g->cell[n].n_children > 0) inner_moments(sim, g, n);
+        if (g->cell[n].n_children > 0 && tree->node[n].place == NODE_OWN) inner_moments(sim, g, n);
+    g->n_placed = g->n_cells;
+    if (tree->n_top > 0) top_moments(sim, g);
     g->built = g->fitted = tree->fitted;
     gravity_moments_least(sim, g);
+}
+
+/* Cells that have come are as their ranks have them, but for the place of their children. */
+void gravity_moments_open(struct sim *sim, struct gravity *g)
+{
+    struct tree *tree = &sim->tree;
+    if (tree->n_top == 0 || g->opening.solver == SOLVER_DIRECT) return;
+    g->cell = tree_column(tree, NODE_cell);
+    g->least = tree_column(tree, NODE_least);
+    g->leaf = mem_resize("gravity", g->leaf, (size_t)tree->n_nodes * sizeof *g->leaf);
+    for (int32_t n = 0; n < tree->n_nodes; n++) {
+        if (n == tree->n_top) n = tree->n_fixed;
+        if (n == tree->n_nodes) break;
+        if (tree->node[n].place != NODE_AWAY) continue;
+        g->cell[n].child = tree->node[n].child;
+        if (n >= g->n_placed) gravity_rows_place(g, n, &tree->node[n]);
+        if (ghosts_have_rows(sim, n, GHOST_MOTION)) gravity_rows_use(g, n);
+    }
+    g->n_placed = tree->n_nodes;
 }
 
 void gravity_moments_refit(struct sim *sim, struct gravity *g)
 {
     const struct tree *tree = &sim->tree;
     double dt = timeline_seconds(&sim->time, tree->fitted - g->fitted);
+    gravity_moments_open(sim, g);   /* closed by the refit of the tree */
     for (int32_t n = 0; n < g->n_cells; n++) {
         struct gravity_cell *cell = &g->cell[n];
         const struct node *node = &tree->node[n];
@@ -177,22 +212,33 @@ void gravity_moments_refit(struct sim *sim, struct gravity *g)
     g->epoch++;
 }
 
-/* Mean square of the column grav, in blocks whose sums are added in order. */
+/* Mean square of the column grav, in blocks whose sums are added in order. It is used as a float: that its last bits
+ * depend on where domains end has no effect. */
 static double mean_square(const struct sim *sim)
 {
     enum { BLOCK = 8192 };
     double sum = 0, rows = 0;
     for_species(sim, s) {
-        int64_t blocks = (s->n + BLOCK - 1) / BLOCK;
+        const int64_t from = species_from(s), to = species_to(s), blocks = (to - from + BLOCK - 1) / BLOCK;
         double *part = mem_array("gravity", double, blocks);
 #pragma omp parallel for
         for (int64_t b = 0; b < blocks; b++)
-            for (int64_t i = b * BLOCK; i < (b + 1) * BLOCK && i < s->n; i++) part[b] += (double)s->grav[i] * (double)s->grav[i];
+            for (int64_t i = from + b * BLOCK; i < from + (b + 1) * BLOCK && i < to; i++)
+                part[b] += (double)s->grav[i] * (double)s->grav[i];
         for (int64_t b = 0; b < blocks; b++) sum += part[b];
         mem_free(part);
         rows += (double)s->n;
     }
+    if (sim->spread) comm_sum(&sum, 1);
     return rows > 0 ? sum / rows : 0;
+}
+
+static void inner_least(const struct gravity *g, int32_t n)
+{
+    const struct gravity_cell *cell = &g->cell[n];
+    if (cell->n_children == 0) return;
+    g->least[n] = INFINITY;
+    for (int32_t c = cell->child; c < cell->child + cell->n_children; c++) g->least[n] = fminf(g->least[n], g->least[c]);
 }
 
 void gravity_moments_least(struct sim *sim, struct gravity *g)
@@ -202,19 +248,18 @@ void gravity_moments_least(struct sim *sim, struct gravity *g)
     const float floor = (float)(GRAVITY_FLOOR * sqrt(mean_square(sim)));
 #pragma omp parallel for schedule(dynamic, 256)
     for (int32_t n = 0; n < g->n_cells; n++) {
-        if (g->cell[n].scale <= 0 || g->cell[n].n_children > 0) continue;
         const struct node *node = &sim->tree.node[n];
+        if (g->cell[n].scale <= 0 || g->cell[n].n_children > 0 || node->place != NODE_OWN) continue;
         float least = INFINITY;
         for_species(sim, s)
             for (int64_t i = node->first[s->kind]; i < node->first[s->kind] + node->count[s->kind]; i++)
                 least = fminf(least, s->grav[i]);
         g->least[n] = fmaxf(least, floor);
     }
-    for (int32_t n = g->n_cells - 1; n >= 0; n--) {
-        const struct gravity_cell *cell = &g->cell[n];
-        if (cell->n_children == 0) continue;
-        g->least[n] = INFINITY;
-        for (int32_t c = cell->child; c < cell->child + cell->n_children; c++)
-            g->least[n] = fminf(g->least[n], g->least[c]);
-    }
+    for (int32_t n = g->n_cells - 1; n >= 0; n--)
+        if (sim->tree.node[n].place == NODE_OWN) inner_least(g, n);
+    if (sim->tree.n_top > 0) ghosts_share_top_column(sim, NODE_least);
+    for (int32_t n = sim->tree.n_top - 1; n >= 0; n--)
+        if (sim->tree.node[n].place == NODE_TOP) inner_least(g, n);
+    ghosts_share_node_column(sim, NODE_least);
 }

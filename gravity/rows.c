@@ -8,15 +8,47 @@
 
 enum { BUSY = -1 };
 
+static void use_rows(struct gravity *g, int64_t first, int64_t n)
+{
+    mem_use(g->row, (size_t)first * sizeof *g->row, (size_t)(first + n) * sizeof *g->row);
+    mem_use(g->soft, (size_t)first * sizeof *g->soft, (size_t)(first + n) * sizeof *g->soft);
+}
+
+/* Of spread rows: those of other ranks have their places among the own ones, where they are here. */
+static void reserve_rows(struct gravity *g, int64_t rows)
+{
+    if (rows != g->rows_room || (g->pair_form != SOFT_COMMON && !g->soft)) {
+        mem_free(g->row);
+        mem_free(g->soft);
+        g->row = mem_reserve("gravity", (size_t)rows * sizeof *g->row);
+        g->soft = g->pair_form != SOFT_COMMON ? mem_reserve("gravity", (size_t)rows * sizeof *g->soft) : NULL;
+        g->rows_room = rows;
+    }
+    mem_drop(g->row, 0, (size_t)rows * sizeof *g->row);
+    mem_drop(g->soft, 0, (size_t)rows * sizeof *g->soft);
+    use_rows(g, g->first_row, g->n_rows);
+}
+
 void gravity_rows_build(struct sim *sim, struct gravity *g)
 {
     int64_t rows = 0;
-    for_species(sim, s) rows += s->n;
+    g->first_row = g->n_rows = 0;
+    for_species(sim, s) {
+        rows += s->n;
+        g->first_row += species_from(s);
+        g->n_rows += species_to(s) - species_from(s);
+    }
     g->leaf = mem_resize("gravity", g->leaf, (size_t)g->n_cells * sizeof *g->leaf);
     g->epoch = 1;
+    if (sim->spread) {
+        reserve_rows(g, rows);
+        return;
+    }
     g->row = mem_resize("gravity", g->row, (size_t)rows * sizeof *g->row);
     if (g->pair_form != SOFT_COMMON) g->soft = mem_resize("gravity", g->soft, (size_t)rows * sizeof *g->soft);
 }
+
+void gravity_rows_use(struct gravity *g, int32_t n) { use_rows(g, g->leaf[n].first, g->leaf[n].n); }
 
 void gravity_rows_free(struct gravity *g)
 {

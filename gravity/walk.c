@@ -11,9 +11,11 @@
  *         a source would only let each of its pieces pass with the same error of the target's size in
  *         all: what is within it acts on the rows.
  * A task is a cell with its path from the root walked anew, so that every group sees the same lists
- * in the same order whatever the number of threads and ranks, and whichever rows are active. */
+ * in the same order whatever the number of threads and ranks, and whichever rows are active. A target that needs
+ * what another rank has not sent yet becomes a task of the next round. */
 #include "walk.h"
 #include "cell.h"
+#include "ghosts.h"
 #include "mem.h"
 #include <math.h>
 #include <string.h>
@@ -64,6 +66,24 @@ static bool is_inside(const struct walk *w, int32_t s, int32_t target)
     return a->first >= b->first && a->first + a->n <= b->first + b->n;
 }
 
+/* How far a reply is likely to be needed: a cell acts as a whole beyond about this part of its distance. */
+static const float likely_angle = 0.7f;
+
+/* Asks for a cell's children, or its rows, on behalf of a target. */
+static void want(struct walk *w, int32_t target, int32_t source, bool rows)
+{
+    const struct node *node = &w->sim->tree.node[target];
+    const bool large = node->place != NODE_OWN;
+    struct ghost_want want = {.angle = likely_angle, .leaf = w->g->opening.leaf_size, .domain = large && w->domain,
+                              .rows = GHOST_MOTION};
+    for (int k = 0; k < 3; k++) {
+        want.low[k] = large ? w->low[k] : node->pos[k] + (double)node->low[k];
+        want.high[k] = large ? w->high[k] : node->pos[k] + (double)node->high[k];
+    }
+    ghosts_want(w->sim, source, rows, &want);
+    w->missing = true;
+}
+
 /* The children of these cells are judged next; but a group waits whole for itself. */
 static void open_parents(struct walk *w, const struct gravity_view *v, const struct list *parents, struct list *opened)
 {
@@ -72,6 +92,10 @@ static void open_parents(struct walk *w, const struct gravity_view *v, const str
         const struct gravity_cell *cell = &w->g->cell[s];
         if (cell->group && is_inside(w, s, v->cell)) {
             if (s != v->cell) list_add(&w->waiting, s);
+            continue;
+        }
+        if (cell->child < 0) {
+            want(w, v->cell, s, false);
             continue;
         }
         list_reserve(opened, opened->n + cell->n_children);
@@ -153,6 +177,13 @@ static void inherit(float *local, const float *parent, const struct gravity_view
     }
 }
 
+/* Asks for the rows of leaves that are not here. */
+static void want_rows(struct walk *w, int32_t target)
+{
+    for (int64_t i = 0; i < w->near.n; i++)
+        if (!ghosts_have_rows(w->sim, w->near.item[i], GHOST_MOTION)) want(w, target, w->near.item[i], true);
+}
+
 static void settle_group(struct walk *w, const struct gravity_view *v, const float *local)
 {
     const struct node *node = &w->sim->tree.node[v->cell];
@@ -183,6 +214,13 @@ static void descend(struct walk *w, int32_t n, int64_t from, int64_t to, const s
     float local[CELL_TERMS_MAX] = {0};
     int64_t far_before = w->far.n;
     judge_all(w, &v, from, to);
+    if (v.group && w->sim->spread) want_rows(w, n);
+    if (w->missing) {   /* above the task other tasks are there for what is beside it */
+        list_add(&w->again, next_on_path(w, n) >= 0 ? w->path.item[0] : n);
+        w->missing = false;
+        w->far.n = far_before;
+        return;
+    }
     if (fmm) {
         int order = w->g->opening.order;
         if (parent) inherit(local, above, parent, &v, order);
@@ -212,26 +250,85 @@ static void walk_task(struct walk *w, int32_t task)
     descend(w, 0, 0, 1, NULL, NULL);
 }
 
-void gravity_walk(struct sim *sim, struct gravity *g, enum gravity_output output)
+/* Of the active rows; and whether they are so many that most of what the domain needs will be needed. */
+static bool frame_active(const struct sim *sim, double low[3], double high[3])
 {
-    int32_t *task, n_tasks, n_rows = 0;
-    for_species(sim, s) n_rows += (int32_t)s->n;
-    /* Many more tasks than threads, yet few enough that the paths walked again do not count. */
-    int size = n_rows / 256 > g->opening.group_size ? n_rows / 256 : g->opening.group_size;
-    n_tasks = tree_groups(&sim->tree, ALL_SPECIES, size, "gravity", &task);
+    enum { FEW = 8 };
+    int64_t active = 0, own = 0;
+    for (int k = 0; k < 3; k++) {
+        low[k] = INFINITY;
+        high[k] = -INFINITY;
+    }
+    for_species(sim, s) {
+        active += s->n_active;
+        own += s->n_own;
+        for (int64_t a = 0; a < s->n_active; a++)
+            for (int k = 0; k < 3; k++) {
+                low[k] = fmin(low[k], s->pos[s->active[a]][k]);
+                high[k] = fmax(high[k], s->pos[s->active[a]][k]);
+            }
+    }
+    return FEW * active > own;
+}
+
+/* Walks these tasks; those that must be walked again come into `again`. */
+static void walk_tasks(struct sim *sim, struct gravity *g, enum gravity_output output, const struct list *task, struct list *again)
+{
     int64_t pairs = 0, cells = 0;
+    double low[3], high[3];
+    const bool domain = sim->spread && frame_active(sim, low, high);
 #pragma omp parallel reduction(+ : pairs, cells)
     {
         struct walk w;
         walk_open(&w, sim, g, output);
+        w.domain = domain;
+        for (int k = 0; k < 3 && sim->spread; k++) {
+            w.low[k] = low[k];
+            w.high[k] = high[k];
+        }
 #pragma omp for schedule(dynamic, 1)
-        for (int32_t i = 0; i < n_tasks; i++)
-            if (sim->tree.active_count[task[i]] > 0) walk_task(&w, task[i]);
+        for (int64_t i = 0; i < task->n; i++)
+            if (sim->tree.active_count[task->item[i]] > 0) walk_task(&w, task->item[i]);
+#pragma omp critical(gravity_again)
+        for (int64_t i = 0; i < w.again.n; i++) list_add(again, w.again.item[i]);
         pairs += w.pairs;
         cells += w.cells;
         walk_close(&w);
     }
-    g->pairs = pairs;
-    g->cells = cells;
-    mem_free(task);
+    g->pairs += pairs;
+    g->cells += cells;
+}
+
+/* Asks at once for what the targets above all tasks are likely to need. */
+static void walk_ahead(struct sim *sim, struct gravity *g)
+{
+    struct ghost_want want = {.angle = likely_angle, .leaf = g->opening.leaf_size, .rows = GHOST_MOTION};
+    want.domain = frame_active(sim, want.low, want.high);
+    for (int32_t n = 0; n < sim->tree.n_top && want.low[0] <= want.high[0]; n++)
+        if (sim->tree.node[n].place == NODE_AWAY && node_is_closed(&sim->tree.node[n])) ghosts_want(sim, n, false, &want);
+    if (ghosts_open(sim)) gravity_moments_open(sim, g);
+}
+
+void gravity_walk(struct sim *sim, struct gravity *g, enum gravity_output output)
+{
+    struct list task = {0}, again = {0};
+    int64_t n_rows = 0;
+    for_species(sim, s) n_rows += species_to(s) - species_from(s);
+    /* Many more tasks than threads, yet few enough that the paths walked again do not count. */
+    int size = n_rows / 256 > g->opening.group_size ? (int)(n_rows / 256) : g->opening.group_size;
+    task.capacity = task.n = tree_groups(&sim->tree, ALL_SPECIES, size, "gravity", &task.item);
+    g->pairs = g->cells = 0;
+    if (sim->spread) walk_ahead(sim, g);
+    walk_tasks(sim, g, output, &task, &again);
+    while (ghosts_open(sim)) {
+        gravity_moments_open(sim, g);
+        const struct list done = task;
+        task = again;
+        again = done;
+        again.n = 0;
+        walk_tasks(sim, g, output, &task, &again);
+    }
+    check(again.n == 0);
+    mem_free(task.item);
+    mem_free(again.item);
 }

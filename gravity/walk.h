@@ -38,6 +38,10 @@ struct walk {
     struct gravity_sources own, sources;    /* the group's rows; a tile of others */
     struct stage stage;         /* about the group's centre */
     int64_t pairs, cells;       /* counted interactions */
+    bool missing;               /* the present target has met a cell that is not here as it needs it */
+    bool domain;                /* what is missing for large targets is asked for with all that the own cells may need */
+    double low[3], high[3];     /* box of the active rows */
+    struct list again;          /* targets for which something was missing */
 };
 
 void walk_open(struct walk *w, struct sim *sim, const struct gravity *g, enum gravity_output output);

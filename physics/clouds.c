@@ -409,7 +409,7 @@ static void warn(struct sim *sim, void *state)
 }
 
 const struct module clouds_module = {
-    .name = "clouds", .doc = "cold clouds as sticky particles", .kind = MODULE_BLOCK, .params = params,
+    .name = "clouds", .whole = true, .doc = "cold clouds as sticky particles", .kind = MODULE_BLOCK, .params = params,
     .state_bytes = sizeof(struct clouds), .saved = saved, .declare = declare, .begin = begin, .end = end, .energy = energy,
     .budget = budget, .reason = reason, .warn = warn, .hook = {[HOOK_EVENT] = event, [HOOK_LIMIT] = limit},
 };

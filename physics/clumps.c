@@ -207,6 +207,6 @@ static void record(struct sim *sim, void *state)
 }
 
 const struct module clumps_module = {
-    .name = "clumps", .open_space = true, .doc = "groups of dense gas, listed at every snapshot", .params = params,
+    .name = "clumps", .whole = true, .open_space = true, .doc = "groups of dense gas, listed at every snapshot", .params = params,
     .requires = needed, .state_bytes = sizeof(struct clumps), .hook = {[HOOK_RECORD] = record},
 };

@@ -210,8 +210,9 @@ static void temperature(const struct sim *sim, const void *state, float *kelvin)
 {
     const struct cooling *cooling = state;
     const struct species *gas = &sim->species[GAS];
-    for (int64_t i = 0; i < gas->n; i++)
-        kelvin[i] = (float)cooling_curve_temperature(curve_of(cooling, gas, i), (double)gas->u[i] * cooling->energy);
+    for (int64_t i = species_from(gas); i < species_to(gas); i++)
+        kelvin[i - species_from(gas)] =
+            (float)cooling_curve_temperature(curve_of(cooling, gas, i), (double)gas->u[i] * cooling->energy);
 }
 
 static void warn(struct sim *sim, void *state)

@@ -427,7 +427,7 @@ static void budget(struct sim *sim, void *state, struct energy_sink *sink)
 }
 
 const struct module exchange_module = {
-    .name = "exchange", .doc = "drag, condensation and evaporation between clouds and gas", .kind = MODULE_BLOCK,
+    .name = "exchange", .whole = true, .doc = "drag, condensation and evaporation between clouds and gas", .kind = MODULE_BLOCK,
     .params = params, .requires = requires, .state_bytes = sizeof(struct exchange), .saved = saved, .declare = declare,
     .begin = begin, .end = end, .energy = energy, .budget = budget, .hook = {[HOOK_EVENT] = event, [HOOK_LIMIT] = limit},
 };

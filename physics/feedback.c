@@ -434,7 +434,7 @@ static void warn(struct sim *sim, void *state)
 }
 
 const struct module feedback_module = {
-    .name = "feedback", .doc = "stars return mass, elements and energy to the gas", .kind = MODULE_BLOCK,
+    .name = "feedback", .whole = true, .doc = "stars return mass, elements and energy to the gas", .kind = MODULE_BLOCK,
     .params = params, .requires = requires, .state_bytes = sizeof(struct feedback), .saved = saved,
     .declare = declare, .begin = begin, .end = end, .energy = energy, .budget = budget, .reason = reason,
     .warn = warn, .hook = {[HOOK_EVENT] = event, [HOOK_LIMIT] = limit},

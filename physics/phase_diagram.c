@@ -174,7 +174,7 @@ static void record(struct sim *sim, void *state)
 }
 
 const struct module phase_diagram_module = {
-    .name = "phase_diagram", .doc = "the gas by density and temperature, at every snapshot", .kind = MODULE_BLOCK,
+    .name = "phase_diagram", .whole = true, .doc = "the gas by density and temperature, at every snapshot", .kind = MODULE_BLOCK,
     .params = params, .requires = needed, .state_bytes = sizeof(struct phase_diagram),
     .declare = declare, .hook = {[HOOK_RECORD] = record},
 };

@@ -284,7 +284,7 @@ static void reason(const struct sim *sim, const void *state, const struct specie
 }
 
 const struct module star_formation_module = {
-    .name = "star_formation", .doc = "stars form from collapsing gas", .kind = MODULE_BLOCK,
+    .name = "star_formation", .whole = true, .doc = "stars form from collapsing gas", .kind = MODULE_BLOCK,
     .params = params, .requires = requires, .state_bytes = sizeof(struct star_formation), .saved = saved,
     .declare = declare, .begin = begin, .energy = energy, .budget = budget, .reason = reason,
     .hook = {[HOOK_EVENT] = event, [HOOK_LIMIT] = limit},

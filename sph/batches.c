@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Groups, batches and the largest smoothing length of each cell: see sph.h. */
+#include "ghosts.h"
 #include "mem.h"
 #include "sph.h"
 #include <math.h>
@@ -13,7 +14,7 @@ enum { ROW_RUNS = 1, ROW_MET = 16, LONE_RUNS = 2, LONE_MET = 4 };
 
 static int64_t room(const struct sph *sph, const struct species *gas, int row, int lone)
 {
-    int64_t whole = gas->n * row, alone = gas->n_active * lone * sph->neighbours;
+    int64_t whole = gas->n_own * row, alone = gas->n_active * lone * sph->neighbours;
     return alone < whole ? alone : whole;
 }
 
@@ -169,7 +170,16 @@ void sph_free_batches(struct sph *sph)
     for (int t = 0; t < sph->n_work; t++) mem_free(sph->work[t]);
     mem_free(sph->work);
     mem_free(sph->group);
-    mem_free(sph->next_rung);
+}
+
+void sph_for_batches(struct sim *sim, struct sph *sph, bool (*work)(struct sim *, struct sph *, struct sph_batch *))
+{
+    for (int32_t b = 0; b < sph->n_batches; b++) sph->batch[b].waiting = true;
+    do {
+#pragma omp parallel for schedule(dynamic, 1)
+        for (int32_t b = 0; b < sph->n_batches; b++)
+            if (sph->batch[b].waiting) sph->batch[b].waiting = !work(sim, sph, &sph->batch[b]);
+    } while (ghosts_open(sim));
 }
 
 static void measure_node(struct tree *tree, const struct species *gas, int32_t n)
@@ -205,13 +215,17 @@ void sph_fit_h_max(struct sim *sim)
     struct tree *tree = &sim->tree;
     const struct species *gas = &sim->species[GAS];
     if (tree->n_nodes == 0) return;
-    if (tree->built == sim->time.tick || gas->n_ending > gas->n / 4) {
+    if (tree->built == sim->time.tick || gas->all_ending > gas->n / 4) {
 #pragma omp parallel for schedule(dynamic, 1024)
-        for (int32_t n = 0; n < tree->n_nodes; n++)
-            if (tree->node[n].n_children == 0) measure_node(tree, gas, n);
-        for (int32_t n = tree->n_nodes - 1; n >= 0; n--)
-            if (tree->node[n].n_children > 0) measure_node(tree, gas, n);
+        for (int32_t n = 0; n < tree->n_fixed; n++)
+            if (tree->node[n].n_children == 0 && tree->node[n].place == NODE_OWN) measure_node(tree, gas, n);
+        for (int32_t n = tree->n_fixed - 1; n >= 0; n--)
+            if (tree->node[n].n_children > 0 && tree->node[n].place == NODE_OWN) measure_node(tree, gas, n);
     } else {
         measure_paths(tree, gas, 0, gas->ending, gas->n_ending);
     }
+    if (tree->n_top > 0) ghosts_share_top_column(sim, NODE_h_max);
+    for (int32_t n = tree->n_top - 1; n >= 0; n--)
+        if (tree->node[n].place == NODE_TOP) measure_node(tree, gas, n);
+    ghosts_share_node_column(sim, NODE_h_max);
 }

@@ -7,6 +7,7 @@
  * the longer one is shortened, and a sleeping row whose step would be too long is woken. Wishes are
  * minima, applied round by round until none is left, so their order does not matter. */
 #include "comm.h"
+#include "ghosts.h"
 #include "mem.h"
 #include "module.h"
 #include "ranks.h"
@@ -65,7 +66,7 @@ static void add_wish(struct wishes *w, int32_t row, int rung)
 }
 
 /* Rows to compare with their neighbours: rows, ascending, in batches. */
-struct company { const int32_t *row; const struct sph_batch *batch; int32_t n; };
+struct company { const int32_t *row; struct sph_batch *batch; int32_t n; };
 
 /* Rungs beyond these are uneven with that of some of the rows. */
 static struct sph_rungs even_with(struct sph_region rows, const uint8_t *rung)
@@ -99,7 +100,7 @@ static void compare_row(const struct sph_work *work, const uint8_t *rung, int32_
 static void compare_tile(struct sph_work *work, const struct sim *sim, const struct sph *sph, struct sph_region rows,
                          struct wishes *wishes)
 {
-    const uint8_t *rung = sph->next_rung;
+    const uint8_t *rung = sim->species[GAS].next_rung;
     const struct sph_meet meet = work->meet;
     sph_enclose(sph, work, work->tile.n > 0 ? rows.n : 0);
     for (int r = 0; work->tile.n > 0 && r < rows.n; r += SPH_LANES) {
@@ -115,52 +116,62 @@ static void compare_tile(struct sph_work *work, const struct sim *sim, const str
     }
 }
 
-/* Compares the rows of a batch with those of their neighbours that are uneven with any of them: nearly always few. */
-static void compare_batch(struct sph_work *work, const struct sim *sim, const struct sph *sph, const int32_t *row,
+/* Compares the rows of a batch with those of their neighbours that are uneven with any of them: nearly always few. False if
+ * rows of other ranks are missing. */
+static bool compare_batch(struct sph_work *work, const struct sim *sim, const struct sph *sph, const int32_t *row,
                           const struct sph_batch *batch, struct wishes *wishes)
 {
     const struct sph_region rows = {row + batch->first, batch->count};
-    const struct sph_rungs even = even_with(rows, sph->next_rung);
+    const struct sph_rungs even = even_with(rows, sim->species[GAS].next_rung);
     if (batch->list >= 0) {
         int n = sph_list_rows(work, sph, batch, &even);
-        if (n == 0) return;
+        if (n == 0) return true;
         sph_centre(work, sim, batch->node, rows);
         sph_stage(work, sim, n);
         compare_tile(work, sim, sph, rows, wishes);
-        return;
+        return true;
     }
     struct sph_reach reach = sph_mutual(sph, sph_largest_h(sim, rows));
     reach.beyond = &even;
     sph_centre(work, sim, batch->node, rows);
     for (int64_t skip = 0; skip == 0 || work->more; skip += SPH_TILE) {
         sph_gather(work, sim, reach, skip);
+        if (work->missing) return false;
         compare_tile(work, sim, sph, rows, wishes);
     }
+    return true;
 }
 
-/* Grants wishes in rung[] and appends the rows that changed. */
-static void grant(uint8_t *rung, const struct wishes *wishes, struct wishes *granted)
+/* Grants wishes for rows that are here, and appends the own ones that changed. */
+static void grant(const struct species *gas, const struct wishes *wishes, struct wishes *granted)
 {
     for (int64_t w = 0; w < wishes->n; w++) {
         struct wish wish = wishes->list[w];
-        if (wish.rung >= rung[wish.row]) continue;
-        rung[wish.row] = wish.rung;
-        add_wish(granted, wish.row, wish.rung);
+        const bool own = wish.row >= gas->own && wish.row < gas->own + gas->n_own;
+        if ((gas->spread && !own) || wish.rung >= gas->next_rung[wish.row]) continue;
+        gas->next_rung[wish.row] = wish.rung;
+        if (own) add_wish(granted, wish.row, wish.rung);
     }
 }
 
+/* Those that must wait for rows of other ranks once more. */
 static void compare(struct sim *sim, struct sph *sph, struct company company, struct wishes *wishes)
 {
+    for (int32_t b = 0; b < company.n; b++) company.batch[b].waiting = true;
+    do {
 #pragma omp parallel if (company.n > 1)
-    {
-        struct wishes mine = {0};
+        {
+            struct wishes mine = {0};
 #pragma omp for schedule(dynamic, 4) nowait
-        for (int32_t b = 0; b < company.n; b++)
-            compare_batch(sph->work[omp_get_thread_num()], sim, sph, company.row, &company.batch[b], &mine);
+            for (int32_t b = 0; b < company.n; b++)
+                if (company.batch[b].waiting)
+                    company.batch[b].waiting = !compare_batch(sph->work[omp_get_thread_num()], sim, sph, company.row,
+                                                              &company.batch[b], &mine);
 #pragma omp critical(sph_wishes)
-        for (int64_t w = 0; w < mine.n; w++) add_wish(wishes, mine.list[w].row, mine.list[w].rung);
-        mem_free(mine.list);
-    }
+            for (int64_t w = 0; w < mine.n; w++) add_wish(wishes, mine.list[w].row, mine.list[w].rung);
+            mem_free(mine.list);
+        }
+    } while (ghosts_open(sim));
 }
 
 static int by_number(const void *a, const void *b)
@@ -175,7 +186,7 @@ static void compare_granted(struct sim *sim, struct sph *sph, const struct wish 
     int32_t *row = mem_array("sph", int32_t, n);
     int64_t rows = 0;
     for (int64_t w = 0; w < n; w++) row[w] = granted[w].row;
-    qsort(row, (size_t)n, sizeof *row, by_number);
+    if (n > 1) qsort(row, (size_t)n, sizeof *row, by_number);
     for (int64_t w = 0; w < n; w++)
         if (w == 0 || row[w] != row[w - 1]) row[rows++] = row[w];
     struct sph_batch *batch = mem_array("sph", struct sph_batch, sph_most_batches(sph, rows));
@@ -186,19 +197,19 @@ static void compare_granted(struct sim *sim, struct sph *sph, const struct wish 
 
 /* What is granted becomes the step of an active row, or wakes a sleeping one. A row may come twice:
  * one that was just woken can look active, but its step is not used then. */
-static void apply(const struct sim *sim, const struct sph *sph, int32_t i)
+static void apply(const struct sim *sim, int32_t i)
 {
     const struct species *gas = &sim->species[GAS];
-    float step = nextafterf((float)timeline_seconds(&sim->time, (int64_t)1 << sph->next_rung[i]), INFINITY);
+    float step = nextafterf((float)timeline_seconds(&sim->time, (int64_t)1 << gas->next_rung[i]), INFINITY);
     if (timeline_active(&sim->time, gas->rung[i])) gas->dt[i] = fminf(gas->dt[i], step);
-    else gas->rung[i] = sph->next_rung[i];
+    else gas->rung[i] = gas->next_rung[i];
 }
 
-/* Every rank learns the wishes of all: what is granted is then the same everywhere. */
-static void share_wishes(struct wishes *wishes)
+/* Every rank learns the wishes of all; their number. */
+static int64_t share_wishes(struct wishes *wishes)
 {
     int size = comm_size();
-    if (size == 1) return;
+    if (size == 1) return wishes->n;
     int64_t *bytes = mem_array("sph", int64_t, size), total = 0, before = 0;
     comm_gather_counts(wishes->n * (int64_t)sizeof *wishes->list, bytes);
     for (int r = 0; r < size; r++) {
@@ -212,21 +223,24 @@ static void share_wishes(struct wishes *wishes)
     mem_free(bytes);
     wishes->list = all;
     wishes->n = wishes->capacity = total / (int64_t)sizeof *all;
+    return wishes->n;
 }
 
+/* Each rank compares its own rows, until no row of any rank is asked for anything. */
 static void even_out(struct sim *sim, struct sph *sph)
 {
+    const struct species *gas = &sim->species[GAS];
     struct wishes wishes = {0}, granted = {0};
-    compare(sim, sph, (struct company){sim->species[GAS].active, sph->batch, sph->n_batches}, &wishes);
-    share_wishes(&wishes);
-    grant(sph->next_rung, &wishes, &granted);
-    for (int64_t w = 0, end; w < granted.n; w = end) {
+    compare(sim, sph, (struct company){gas->active, sph->batch, sph->n_batches}, &wishes);
+    for (int64_t done = 0; share_wishes(&wishes) > 0;) {
+        grant(gas, &wishes, &granted);
+        ghosts_share(sim, (uint64_t)1 << COLUMN_next_rung);
         wishes.n = 0;
-        end = granted.n;
-        compare_granted(sim, sph, granted.list + w, end - w, &wishes);
-        grant(sph->next_rung, &wishes, &granted);
+        const int64_t end = granted.n;
+        compare_granted(sim, sph, granted.list + done, end - done, &wishes);
+        done = end;
     }
-    for (int64_t w = 0; w < granted.n; w++) apply(sim, sph, granted.list[w].row);
+    for (int64_t w = 0; w < granted.n; w++) apply(sim, granted.list[w].row);
     mem_free(wishes.list);
     mem_free(granted.list);
 }
@@ -234,14 +248,14 @@ static void even_out(struct sim *sim, struct sph *sph)
 static void bring_near(struct sim *sim, struct sph *sph)
 {
     const struct species *gas = &sim->species[GAS];
-    ranks_share(sim, (uint64_t)1 << COLUMN_dt);
-    sph->next_rung = mem_resize("sph", sph->next_rung, (size_t)gas->n);
-    memcpy(sph->next_rung, gas->rung, (size_t)gas->n);
+    if (!gas->spread) ranks_share(sim, (uint64_t)1 << COLUMN_dt);
+    memcpy(gas->next_rung + species_from(gas), gas->rung + species_from(gas), (size_t)(species_to(gas) - species_from(gas)));
     for (int64_t e = 0; e < gas->n_ending; e++) {
         int32_t i = gas->ending[e];
         int rung = timeline_rung(&sim->time, (double)gas->dt[i]);
-        sph->next_rung[i] = (uint8_t)(rung > 0 ? rung : 0);
+        gas->next_rung[i] = (uint8_t)(rung > 0 ? rung : 0);
     }
+    ghosts_share(sim, (uint64_t)1 << COLUMN_next_rung | (uint64_t)1 << COLUMN_pos);
     even_out(sim, sph);
 }
 
@@ -256,6 +270,6 @@ void sph_limit(struct sim *sim, void *state)
         sph_reason(sim, sph, gas, i, &step);
         gas->dt[i] = fminf(gas->dt[i], (float)step.dt);
     }
-    if (!sim->time.common && gas->n_ending > 0) bring_near(sim, sph);
+    if (!sim->time.common && gas->all_ending > 0) bring_near(sim, sph);
     if (timeline_synchronous(&sim->time)) sph_drop_lists(sph);
 }

@@ -58,31 +58,41 @@ static void finish_density(const struct visit *v, const struct sph_density_sums 
     }
 }
 
-/* Stages the rows that the batch may meet, from its list or by a walk; each tile full goes to `chunk`. */
-static void for_chunks(struct visit *v, void (*chunk)(const struct visit *, void *), void *sums)
+/* Stages the rows that the batch may meet, from its list or by a walk; each tile full goes to `chunk`. False if rows of other
+ * ranks are missing. */
+static bool for_chunks(struct visit *v, void (*chunk)(const struct visit *, void *), void *sums)
 {
     struct sph_batch *batch = v->batch;
     sph_centre(v->work, v->sim, batch->node, v->rows);
     if (batch->list >= 0) {
         sph_stage(v->work, v->sim, sph_list_rows(v->work, v->sph, batch, NULL));
         chunk(v, sums);
-        return;
+        return true;
     }
     struct sph_reach reach = sph_mutual(v->sph, sph_largest_h(v->sim, v->rows));
     for (int64_t skip = 0; skip == 0 || v->work->more; skip += SPH_TILE) {
         sph_gather(v->work, v->sim, reach, skip);
+        if (v->work->missing) return false;
         if (skip == 0 && !v->work->more) sph_keep_list(v->sph, v->work, v->sim, batch);
         chunk(v, sums);
     }
+    return true;
 }
 
-static void density_batch(struct visit *v)
+static struct visit visit_of(struct sim *sim, struct sph *sph, struct sph_batch *batch)
 {
+    return (struct visit){sim, sph, sph->work[omp_get_thread_num()], batch, sph_batch_rows(sim, batch)};
+}
+
+static bool density_batch(struct sim *sim, struct sph *sph, struct sph_batch *batch)
+{
+    struct visit visit = visit_of(sim, sph, batch), *v = &visit;
     struct sph_density_sums sums[SPH_BATCH / SPH_LANES];
     memset(sums, 0, sizeof sums);
     if (v->batch->stale || v->sph->unforeseen) v->batch->list = -1;
-    for_chunks(v, density_chunk, sums);
+    if (!for_chunks(v, density_chunk, sums)) return false;
     finish_density(v, sums);
+    return true;
 }
 
 static void force_chunk(const struct visit *v, void *all)
@@ -117,21 +127,14 @@ static void finish_force(const struct visit *v, const struct sph_force_sums *sum
     }
 }
 
-static void force_batch(struct visit *v)
+static bool force_batch(struct sim *sim, struct sph *sph, struct sph_batch *batch)
 {
+    struct visit visit = visit_of(sim, sph, batch), *v = &visit;
     struct sph_force_sums sums[SPH_BATCH / SPH_LANES];
     memset(sums, 0, sizeof sums);
-    for_chunks(v, force_chunk, sums);
+    if (!for_chunks(v, force_chunk, sums)) return false;
     finish_force(v, sums);
-}
-
-static void for_batches(struct sim *sim, struct sph *sph, void (*work)(struct visit *))
-{
-#pragma omp parallel for schedule(dynamic, 1)
-    for (int32_t b = 0; b < sph->n_batches; b++) {
-        struct visit v = {sim, sph, sph->work[omp_get_thread_num()], &sph->batch[b], sph_batch_rows(sim, &sph->batch[b])};
-        work(&v);
-    }
+    return true;
 }
 
 void sph_density(struct sim *sim, void *state)
@@ -139,10 +142,10 @@ void sph_density(struct sim *sim, void *state)
     struct sph *sph = state;
     sph->met_used = 0;
     sph_fit_h_max(sim);
-    for_batches(sim, sph, density_batch);
+    sph_for_batches(sim, sph, density_batch);
 }
 
 void sph_force(struct sim *sim, void *state)
 {
-    for_batches(sim, state, force_batch);
+    sph_for_batches(sim, state, force_batch);
 }

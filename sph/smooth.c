@@ -42,6 +42,12 @@ static float guess_reach(const struct seeker *s)
     return extent > 0 ? extent * cbrtf(0.75f / SPH_PI * s->target / (float)node->count[GAS]) : 1.0f;
 }
 
+/* Rows to find, the row itself among them. */
+static float target_of(const struct sph *sph, const struct species *gas)
+{
+    return (float)(sph->neighbours < gas->n - 1 ? sph->neighbours : gas->n - 1) + 1;
+}
+
 static void set_h(const struct seeker *s, int32_t i, float r2)
 {
     const struct sph *sph = s->sph;
@@ -160,22 +166,21 @@ static float widest_reach(const struct seeker *s, const struct wish *wish, int n
     return reach;
 }
 
-/* The first round takes along what the kernels may meet if every h is as expected, for the list. */
-static void search_rows(const struct seeker *s, struct wish *wish, int n, bool first)
+/* The first round takes along what the kernels may meet if every h is as expected, for the list. False if rows of other
+ * ranks are missing. */
+static bool search_rows(const struct seeker *s, struct wish *wish, int n, bool first)
 {
     for (; n > 0; first = false) {
         const struct sph_meet *meet = &s->work->meet;
         float half = 0.5f * widest_reach(s, wish, n), other = first ? first_reach * meet->other : 0;
         sph_gather(s->work, s->sim, (struct sph_reach){meet->own * half, (2 - meet->own) * half, other, true, NULL}, 0);
-        if (s->work->more && n > 1) {
-            search_rows(s, wish, n / 2, false);
-            search_rows(s, wish + n / 2, n - n / 2, false);
-            return;
-        }
+        if (s->work->more && n > 1)
+            return search_rows(s, wish, n / 2, false) && search_rows(s, wish + n / 2, n - n / 2, false);
         if (s->work->more) {
-            if (!look_closer(s, wish)) return;
+            if (!look_closer(s, wish)) return true;
             continue;
         }
+        if (s->work->missing) return false;
         if (first) sph_keep_list(s->sph, s->work, s->sim, s->batch);
         else mark_stale(s);
         int kept = 0;
@@ -186,13 +191,19 @@ static void search_rows(const struct seeker *s, struct wish *wish, int n, bool f
 #pragma omp atomic
         s->sph->retries += n;
     }
+    return true;
 }
 
-static void search_batch(const struct seeker *s)
+/* Where it has to wait, it begins anew: with the h that it began with. */
+static bool search_batch(struct sim *sim, struct sph *sph, struct sph_batch *batch)
 {
-    const struct species *gas = &s->sim->species[GAS];
+    const struct species *gas = &sim->species[GAS];
+    const struct seeker seeker = {sim, sph, sph->work[omp_get_thread_num()], batch, target_of(sph, gas), 4 * (float)sim->tree.side};
+    const struct seeker *s = &seeker;
     struct wish wish[SPH_BATCH];
+    float before[SPH_BATCH];
     for (int r = 0; r < s->batch->count; r++) {
+        before[r] = gas->h[gas->active[batch->first + r]];
         int32_t i = gas->active[s->batch->first + r];
         float h = fmaxf(sph_h_expected(s->sim, i, 0), (float)s->sph->h_min);
         wish[r] = (struct wish){i, 2 * first_reach * h, 0, INFINITY};
@@ -201,7 +212,9 @@ static void search_batch(const struct seeker *s)
         wish[r].reach = guess_reach(s);
         give_up_lists(s->sph);
     }
-    search_rows(s, wish, s->batch->count, true);
+    if (search_rows(s, wish, s->batch->count, true)) return true;
+    for (int r = 0; r < batch->count; r++) gas->h[gas->active[batch->first + r]] = before[r];
+    return false;
 }
 
 /* Marks do not reach other ranks. */
@@ -233,14 +246,8 @@ void sph_smooth(struct sim *sim, void *state)
     int64_t retries = sph->retries;
     sph_make_batches(sim, sph);
     if (sph->grouped == sim->time.tick) sph_fit_h_max(sim);
-    float target = (float)(sph->neighbours < gas->n - 1 ? sph->neighbours : gas->n - 1) + 1;
-    float most = 4 * (float)sim->tree.side;
-    sph->unforeseen = target < (float)(sph->neighbours + 1);
-#pragma omp parallel for schedule(dynamic, 1)
-    for (int32_t b = 0; b < sph->n_batches; b++) {
-        struct seeker s = {sim, sph, sph->work[omp_get_thread_num()], &sph->batch[b], target, most};
-        search_batch(&s);
-    }
+    sph->unforeseen = target_of(sph, gas) < (float)(sph->neighbours + 1);
+    sph_for_batches(sim, sph, search_batch);
     share_surprise(sph, retries);
     tell_floor(sim, sph);
 }

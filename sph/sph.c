@@ -116,7 +116,7 @@ static void declare(struct sim *sim, void *state)
 {
     struct sph *sph = state;
     struct species *gas = &sim->species[GAS];
-    const enum column always[] = {COLUMN_h, COLUMN_rho, COLUMN_div_v, COLUMN_curl_v, COLUMN_signal};
+    const enum column always[] = {COLUMN_h, COLUMN_rho, COLUMN_div_v, COLUMN_curl_v, COLUMN_signal, COLUMN_next_rung};
     for (size_t c = 0; c < sizeof always / sizeof *always; c++) species_need(gas, always[c]);
     if (sph->balsara || sph->strength == SPH_SHOCKS) species_need(gas, COLUMN_balsara);
     if (sph->strength == SPH_SHOCKS) species_need(gas, COLUMN_strength);
@@ -180,10 +180,10 @@ static void temperature(const struct sim *sim, const void *state, float *kelvin)
     const struct sph *sph = state;
     const struct species *gas = &sim->species[GAS];
 #pragma omp parallel for
-    for (int64_t i = 0; i < gas->n; i++) {
+    for (int64_t i = species_from(gas); i < species_to(gas); i++) {
         double pressure = sph->eos == SPH_ADIABATIC ? (sph->gamma - 1) * (double)gas->u[i]
                         : sph->sound_speed * sph->sound_speed * (1 + (double)sph_stiffening(sph, gas->rho[i]));
-        kelvin[i] = (float)kelvin_of(sim, sph, pressure);
+        kelvin[i - species_from(gas)] = (float)kelvin_of(sim, sph, pressure);
     }
 }
 

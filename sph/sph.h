@@ -23,8 +23,9 @@ enum sph_viscosity_kind { SPH_MONAGHAN, SPH_SIGNAL };
 enum sph_strength { SPH_CONSTANT, SPH_SHOCKS };
 
 /* Rows [first, first + count) of the gas' active list; the rows that they may meet in the arena, or
- * list = -1. stale: a row outside found an h that the list did not allow for. cluster: number of its first cluster. */
-struct sph_batch { int32_t node, first, count, n_list, cluster; int64_t list; bool stale; };
+ * list = -1. stale: a row outside found an h that the list did not allow for. waiting: for
+ * rows of other ranks. cluster: number of its first cluster. */
+struct sph_batch { int32_t node, first, count, n_list, cluster; int64_t list; bool stale, waiting; };
 
 /* Rows [first, first + n): a list is n_list of these, since rows in reach mostly follow each other. */
 struct sph_run { int32_t first, n; };
@@ -41,6 +42,7 @@ struct sph_work {
     double origin[3];               /* the centre, as the image of the box sees it whose rows are staged */
     float low[3], high[3];          /* the region's box about the centre */
     bool more;                      /* rows beyond the tile's room are in reach too */
+    bool missing;                   /* rows of other ranks may be in reach that are not here: asked for */
 };
 
 struct sph {
@@ -65,7 +67,6 @@ struct sph {
     struct sph_met *cluster;        /* found by DENSITY, serves FORCE too */
     uint16_t *met;
     int64_t met_size, met_used;
-    uint8_t *next_rung;             /* LIMIT: what every row's rung is about to be */
     bool unforeseen;                /* an h of this step is larger than any list allows for */
     int64_t retries;                /* rows whose search for h had to look further, since the start */
 };
@@ -87,6 +88,8 @@ struct sph_met sph_keep_met(struct sph *sph, const struct sph_tile *tile, int n)
 int32_t sph_batch_at(const struct sim *sim, const struct sph *sph, int32_t row);
 /* The cell whose gas rows are the group that a row belongs to. */
 int32_t sph_group_of(const struct sim *sim, const struct sph *sph, int32_t row);
+/* Does the batches' work, and again that of those which had to wait for rows of other ranks. False: it has to wait. */
+void sph_for_batches(struct sim *sim, struct sph *sph, bool (*work)(struct sim *, struct sph *, struct sph_batch *));
 /* Largest smoothing length in each node: of all nodes after a rebuild, else at least above the rows
  * whose step ends now. */
 void sph_fit_h_max(struct sim *sim);
@@ -106,7 +109,8 @@ struct sph_rungs { const uint8_t *of; int low, high; };
  * search: h of the rows whose step ends is what is expected of it, and velocities are left out.
  * beyond: unless NULL, only rows whose own rung lies below low or above high. */
 struct sph_reach { float rows, least, factor; bool search; const struct sph_rungs *beyond; };
-/* Stages the gas rows in reach. The first `skip` of them are passed over. */
+/* Stages the gas rows in reach. The first `skip` of them are passed over. Where other ranks have rows that may be in reach
+ * and are not here, they are asked for, and `missing` is set: what is staged is not all. */
 void sph_gather(struct sph_work *work, const struct sim *sim, struct sph_reach reach, int64_t skip);
 /* All that the kernels of the rows may meet, once every h is known. */
 static inline struct sph_reach sph_mutual(const struct sph *sph, float largest_h)

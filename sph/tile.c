@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Staging: the walk over the tree's boxes that finds the rows in reach of a batch, and the rows'
  * state now in floats about the batch's centre. See sph.h. */
+#include "ghosts.h"
 #include "integrate.h"
 #include "sph.h"
 #include <float.h>
@@ -189,11 +190,28 @@ static void take_places(struct sph_work *work, const struct sim *sim, const stru
     }
 }
 
+/* Asks for what is in reach of the region. */
+static void want(struct sph_work *work, const struct sim *sim, int32_t n, const struct sph_reach *reach)
+{
+    struct ghost_want want = {.angle = INFINITY, .rows = GHOST_ALL};
+    const double r = (double)reach_of(reach, reach->factor > 0 ? sim->tree.h_max[n] : 0);
+    for (int k = 0; k < 3; k++) {
+        want.low[k] = work->origin[k] + (double)work->low[k] - r;
+        want.high[k] = work->origin[k] + (double)work->high[k] + r;
+    }
+    ghosts_want(sim, n, sim->tree.node[n].n_children == 0, &want);
+    work->missing = true;
+}
+
 /* Depth first in the order of the children, so that entries come in row order. */
 static void visit(struct sph_work *work, const struct sim *sim, int32_t n, struct walk *walk)
 {
     const struct node *node = &sim->tree.node[n];
     if (work->more || !node_near(work, &sim->tree, n, &walk->reach)) return;
+    if (node_is_closed(node) || (node->n_children == 0 && !ghosts_have_rows(sim, n, GHOST_ALL))) {
+        want(work, sim, n, &walk->reach);
+        return;
+    }
     if (node->n_children == 0) {
         if (walk->reach.search) take_positions(work, sim, node, walk->reach);
         else take_places(work, sim, node, walk);
@@ -228,7 +246,7 @@ void sph_gather(struct sph_work *work, const struct sim *sim, struct sph_reach r
 {
     struct walk walk = {reach, skip};
     work->tile.n = 0;
-    work->more = false;
+    work->more = work->missing = false;
     visit_images(work, sim, &walk);
 }
 

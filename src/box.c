@@ -61,7 +61,7 @@ void box_wrap_rows(struct sim *sim)
     if (!box_closed(&sim->box)) return;
     for_species(sim, s) {
 #pragma omp parallel for
-        for (int64_t i = 0; i < s->n; i++) {
+        for (int64_t i = species_from(s); i < species_to(s); i++) {
             double now[3], wrapped[3];
             sim_predict(&sim->time, s, i, now);
             for (int k = 0; k < 3; k++) wrapped[k] = now[k];

@@ -45,6 +45,7 @@
     COLUMN(acc_old,  float,    [3], STEP, "V^2 L^-1", "",                "acceleration at the start of the step") \
     COLUMN(du_old,   float,       , STEP, "V^3 L^-1", "",                "du at the start of the step") \
     COLUMN(dt,       float,       , STEP, "L V^-1",   "",                "longest step that every module allows") \
+    COLUMN(next_rung,uint8_t,     , STEP, "1",        "",                "rung that the row is about to have, while neighbours' are evened out") \
     COLUMN(pot,      float,       , STEP, "V^2",      "Potential",       "potential of all other rows, own softened term left out") \
     COLUMN(div_v,    float,       , KEEP, "V L^-1",   "",                "divergence of the velocity") \
     COLUMN(curl_v,   float,       , STEP, "V L^-1",   "",                "magnitude of the curl of the velocity") \
@@ -54,6 +55,8 @@
  * `moment` and others of run-time width state their width where they are asked for. */
 #define NODE_COLUMNS(NODE) \
     NODE(moment, float,  , "", "multipole moments about the cell's centre; the layout is gravity's") \
+    NODE(cell,   uint8_t, , "", "what a walk for gravity sees of the cell; the layout is gravity's") \
+    NODE(least,  float,  , "V^2 L^-1", "least gravitational acceleration of its rows, bounded below") \
     NODE(h_max,  float,  , "L", "largest smoothing length among the gas rows")
 
 enum lifetime { KEEP, STEP };

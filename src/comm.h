@@ -26,4 +26,8 @@ void comm_broadcast(void *data, size_t bytes, int root);
 void comm_gather_all(void *all, const int64_t *bytes);
 /* bytes of every rank (comm_size entries) from this rank's own. */
 void comm_gather_counts(int64_t own, int64_t *counts);
+/* To every rank r `counts` numbers out[r counts], from every rank as many: in[r counts]. */
+void comm_exchange_counts(const int64_t *out, int64_t *in, int counts);
+/* To every rank r the next out_bytes[r] bytes of `out`, from every rank the next in_bytes[r] bytes of `in`. */
+void comm_exchange(const void *out, const int64_t *out_bytes, void *in, const int64_t *in_bytes);
 #endif

@@ -9,6 +9,7 @@
 #include <omp.h>
 #include <sched.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* Set by the launchers of Open MPI, of PMIx and PMI-2 ones such as Slurm's, and of MPICH. */
 static bool launched(void)
@@ -126,18 +127,70 @@ void comm_broadcast(void *data, size_t bytes, int root)
     if (comm_size() > 1) MPI_Bcast(data, (int)bytes, MPI_BYTE, root, MPI_COMM_WORLD);
 }
 
-/* Part by part, since MPI counts in int. */
+enum { MOST = 1 << 30 };    /* MPI counts in int */
+
 void comm_gather_all(void *all, const int64_t *bytes)
 {
-    const int64_t most = 1 << 30;
+    int size = comm_size();
+    int64_t total = 0;
+    for (int r = 0; r < size; r++) total += bytes[r];
+    if (size == 1) return;
+    if (total < MOST) {
+        int *count = mem_array("ranks", int, 2 * size), *at = count + size;
+        for (int r = 0; r < size; r++) count[r] = (int)bytes[r];
+        for (int r = 1; r < size; r++) at[r] = at[r - 1] + count[r - 1];
+        MPI_Allgatherv(MPI_IN_PLACE, 0, MPI_BYTE, all, count, at, MPI_BYTE, MPI_COMM_WORLD);
+        mem_free(count);
+        return;
+    }
     char *part = all;
-    for (int r = 0, size = comm_size(); r < size && size > 1; part += bytes[r++])
-        for (int64_t at = 0; at < bytes[r]; at += most)
-            MPI_Bcast(part + at, (int)(bytes[r] - at < most ? bytes[r] - at : most), MPI_BYTE, r, MPI_COMM_WORLD);
+    for (int r = 0; r < size; part += bytes[r++])
+        for (int64_t done = 0; done < bytes[r]; done += MOST)
+            MPI_Bcast(part + done, (int)(bytes[r] - done < MOST ? bytes[r] - done : MOST), MPI_BYTE, r, MPI_COMM_WORLD);
 }
 
 void comm_gather_counts(int64_t own, int64_t *counts)
 {
     counts[0] = own;
     if (comm_size() > 1) MPI_Allgather(&own, 1, MPI_INT64_T, counts, 1, MPI_INT64_T, MPI_COMM_WORLD);
+}
+
+void comm_exchange_counts(const int64_t *out, int64_t *in, int counts)
+{
+    if (comm_size() == 1) memcpy(in, out, (size_t)counts * sizeof *in);
+    else MPI_Alltoall(out, counts, MPI_INT64_T, in, counts, MPI_INT64_T, MPI_COMM_WORLD);
+}
+
+/* Messages of one direction, part by part; `requests` grows. */
+struct messages { MPI_Request *request; int n, capacity; };
+
+static MPI_Request *next_request(struct messages *m)
+{
+    if (m->n == m->capacity) {
+        m->capacity = 2 * m->capacity + 16;
+        m->request = mem_resize("ranks", m->request, (size_t)m->capacity * sizeof *m->request);
+    }
+    return &m->request[m->n++];
+}
+
+void comm_exchange(const void *out, const int64_t *out_bytes, void *in, const int64_t *in_bytes)
+{
+    const int size = comm_size(), rank = comm_rank();
+    struct messages m = {0};
+    const char *from = out;
+    char *to = in;
+    for (int r = 0; r < size; to += in_bytes[r++])
+        for (int64_t at = 0; at < in_bytes[r] && r != rank; at += MOST)
+            MPI_Irecv(to + at, (int)(in_bytes[r] - at < MOST ? in_bytes[r] - at : MOST), MPI_BYTE, r, 0, MPI_COMM_WORLD,
+                      next_request(&m));
+    to = in;
+    for (int r = 0; r < rank; r++) to += in_bytes[r];
+    for (int r = 0; r < size; from += out_bytes[r++]) {
+        if (r == rank && out_bytes[r] > 0) memcpy(to, from, (size_t)out_bytes[r]);
+        for (int64_t at = 0; at < out_bytes[r] && r != rank; at += MOST)
+            MPI_Isend(from + at, (int)(out_bytes[r] - at < MOST ? out_bytes[r] - at : MOST), MPI_BYTE, r, 0, MPI_COMM_WORLD,
+                      next_request(&m));
+    }
+    MPI_Waitall(m.n, m.request, MPI_STATUSES_IGNORE);
+    mem_free(m.request);
 }

@@ -136,10 +136,8 @@ void energy_write(const struct sim *sim, const struct energy *energy, const char
     const struct units *units = &sim->units;
     double t = layout_factor(units, "L V^-1"), e = layout_factor(units, "M V^2"), p = layout_factor(units, "M V"),
            l = layout_factor(units, "M L V"), m = layout_factor(units, "M");
-    int64_t active = 0;
-    for_species(sim, s) active += s->n_ending;
     series_time(sim, file);
-    fprintf(file, ",%.6g,%lld", t * sim->last_dt, (long long)active);
+    fprintf(file, ",%.6g,%lld", t * sim->last_dt, (long long)sim->ending);
     for (int i = 0; i < energy->n; i++) fprintf(file, ",%.12g", e * energy->value[i]);
     fprintf(file, ",%.12g,%.6e", e * energy->total, energy->error);
     for (int k = 0; k < 3; k++) fprintf(file, ",%.8e", p * energy->momentum[k]);

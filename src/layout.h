@@ -25,7 +25,7 @@ void layout_unit_text(bool physical, const char *unit, char *text, size_t size);
 /* Temperature in K of one code unit of specific internal energy, as the module of the gas has it; 0 if the
  * scene is dimensionless or has no such module. */
 double layout_kelvin(const struct sim *sim);
-/* Temperature in K of every gas row, as the modules know it. False if the scene is dimensionless or none does. */
+/* Temperature in K of every gas row from species_from on. False if the scene is dimensionless or none does. */
 bool layout_temperatures(const struct sim *sim, float *kelvin);
 /* Gyr for physical scenes; for dimensionless ones the time itself. */
 double layout_gyr(const struct units *code, double time);

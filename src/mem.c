@@ -1,21 +1,25 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Memory by owner. Each block is preceded by a record of its owner and size; the owners' sums stand
  * in one small table behind a mutex. calloc leaves fresh pages untouched, so that the thread that
- * works on a large column is the one that places it. */
+ * works on a large column is the one that places it. Reserved blocks are maps of their own, whose pages the
+ * system gives when they are touched. */
+#define _DEFAULT_SOURCE     /* MAP_ANONYMOUS, madvise */
 #include "mem.h"
 #include "fail.h"
 #include <pthread.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 #include <sys/resource.h>
 
-enum { ALIGNMENT = 64, MAX_OWNERS = 64 };
+enum { ALIGNMENT = 64, MAX_OWNERS = 64, PAGE = 4096 };
 
 struct owner { const char *name; size_t now, peak; };
 
-/* Stands in the ALIGNMENT bytes before the block. */
-struct record { void *raw; size_t bytes; struct owner *owner; };
+/* Stands in the ALIGNMENT bytes before the block. used: of a reserved block, which of its pages are in use (and counted
+ * in `bytes`); mapped: bytes from raw on. */
+struct record { void *raw; size_t bytes; struct owner *owner; unsigned char *used; size_t mapped; };
 
 static struct {
     pthread_mutex_t lock;
@@ -76,8 +80,53 @@ void *mem_alloc(const char *owner, size_t bytes)
     void *raw = calloc(1, raw_bytes(owner, bytes));
     if (!raw) fail_memory(owner, bytes);
     void *block = block_in(raw);
-    *record_of(block) = (struct record){raw, bytes, book(owner, bytes, 0)};
+    *record_of(block) = (struct record){raw, bytes, book(owner, bytes, 0), NULL, 0};
     return block;
+}
+
+void *mem_reserve(const char *owner, size_t bytes)
+{
+    if (bytes == 0) return NULL;
+    const size_t pages = (bytes + PAGE - 1) / PAGE, mapped = (pages + 1) * PAGE;
+    void *raw = mmap(NULL, mapped, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    if (raw == MAP_FAILED) fail_memory(owner, bytes);
+    void *block = (char *)raw + PAGE;
+    *record_of(block) = (struct record){raw, 0, book(owner, 0, 0), mem_alloc(owner, (pages + 7) / 8), mapped};
+    return block;
+}
+
+void mem_use(void *block, size_t from, size_t to)
+{
+    if (!block || from >= to || !record_of(block)->used) return;
+    struct record *record = record_of(block);
+    size_t gained = 0;
+    for (size_t page = from / PAGE; page <= (to - 1) / PAGE; page++) {
+        const unsigned bit = 1u << (page & 7);
+        gained += record->used[page >> 3] & bit ? 0 : PAGE;
+        record->used[page >> 3] = (unsigned char)(record->used[page >> 3] | bit);
+    }
+    record->bytes += gained;
+    book(record->owner->name, gained, 0);
+}
+
+void mem_drop(void *block, size_t from, size_t to)
+{
+    if (!block || from >= to || !record_of(block)->used) return;
+    struct record *record = record_of(block);
+    const size_t first = (from + PAGE - 1) / PAGE, end = to / PAGE;
+    size_t lost = 0;
+    for (size_t page = first; page < end; page++) {
+        const unsigned bit = 1u << (page & 7);
+        if (!(record->used[page >> 3] & bit)) continue;
+        size_t next = page;
+        for (; next < end && record->used[next >> 3] >> (next & 7) & 1; next++)
+            record->used[next >> 3] = (unsigned char)(record->used[next >> 3] & ~(1u << (next & 7)));
+        madvise((char *)block + page * PAGE, (next - page) * PAGE, MADV_DONTNEED);
+        lost += (next - page) * PAGE;
+        page = next;
+    }
+    record->bytes -= lost;
+    book(record->owner->name, 0, lost);
 }
 
 void *mem_resize(const char *owner, void *block, size_t bytes)
@@ -88,6 +137,7 @@ void *mem_resize(const char *owner, void *block, size_t bytes)
         return NULL;
     }
     struct record old = *record_of(block);
+    check(!old.used);
     ptrdiff_t offset = (char *)block - (char *)old.raw;
     void *raw = realloc(old.raw, raw_bytes(owner, bytes));
     if (!raw) fail_memory(owner, bytes);
@@ -95,7 +145,7 @@ void *mem_resize(const char *owner, void *block, size_t bytes)
     char *contents = (char *)raw + offset;
     if (moved != contents) memmove(moved, contents, old.bytes < bytes ? old.bytes : bytes);
     book(old.owner->name, 0, old.bytes);
-    *record_of(moved) = (struct record){raw, bytes, book(owner, bytes, 0)};
+    *record_of(moved) = (struct record){raw, bytes, book(owner, bytes, 0), NULL, 0};
     return moved;
 }
 
@@ -104,7 +154,9 @@ void mem_free(void *block)
     if (!block) return;
     struct record old = *record_of(block);
     book(old.owner->name, 0, old.bytes);
-    free(old.raw);
+    mem_free(old.used);
+    if (old.mapped) munmap(old.raw, old.mapped);
+    else free(old.raw);
 }
 
 char *mem_text(const char *owner, const char *text)

@@ -12,6 +12,13 @@ void *mem_alloc(const char *owner, size_t bytes);
 /* Keeps the contents up to the smaller size; new bytes are not cleared. block may be NULL. */
 void *mem_resize(const char *owner, void *block, size_t bytes);
 void mem_free(void *block);
+/* Addresses for `bytes` bytes, of which only those in use are held and counted, page by page: for columns of which a rank
+ * has a part. What is in use for the first time is zero. Freed with mem_free; never resized. */
+void *mem_reserve(const char *owner, size_t bytes);
+/* Bytes [from, to) of a reserved block will be used; no longer be used (whole pages of them are given back). Of any other
+ * block: nothing happens. Not from a parallel region. */
+void mem_use(void *block, size_t from, size_t to);
+void mem_drop(void *block, size_t from, size_t to);
 /* A copy of a text, to be freed with mem_free. */
 char *mem_text(const char *owner, const char *text);
 /* The same of what printf would write. */

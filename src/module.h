@@ -44,6 +44,7 @@ struct module {
     const struct param *params;         /* its block; NULL = no block */
     const char *const *requires;        /* names of modules that must be there too; NULL-ended */
     bool open_space;                    /* refused together with a box (box.h) */
+    bool whole;                         /* reads rows of other ranks without asking for them: every rank must hold all rows */
     size_t state_bytes;                 /* private state; params fill its fields by offset */
     const struct saved *saved;          /* what a checkpoint holds of it; name NULL ends */
     /* Checks parameters against each other (sim->problems) and asks for columns of species and nodes. */
@@ -55,8 +56,8 @@ struct module {
     void (*energy)(struct sim *sim, void *state, struct energy_sink *sink); /* own rows; summed over ranks */
     /* Columns of budget.csv, their names with units ("sfr [Msun yr^-1]"); own rows, summed over ranks. */
     void (*budget)(struct sim *sim, void *state, struct energy_sink *sink);
-    /* The gas of scenes with units: temperatures of all rows, where the last module of the list that has a say is
-     * right; and K per code unit of u for gas of one mean mass, which files and generators convert by. */
+    /* The gas of scenes with units: temperatures of all rows from species_from on, where the last module of the list that has a
+     * say is right; and K per code unit of u for gas of one mean mass, which files and generators convert by. */
     void (*temperature)(const struct sim *sim, const void *state, float *kelvin);
     double (*kelvin)(const struct sim *sim, const void *state);
     /* If the module's LIMIT allows an active row less than reason->dt: its step, and which criterion it is. */

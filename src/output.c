@@ -5,6 +5,7 @@
 #include "budget.h"
 #include "checkpoint.h"
 #include "comm.h"
+#include "ghosts.h"
 #include "log.h"
 #include "mem.h"
 #include "module.h"
@@ -87,12 +88,25 @@ bool output_records(const struct sim *sim)
     return sim->synchronous && (energy_due(sim, output) || due(sim, sim->time.snapshot) || output->snapshot_asked);
 }
 
+/* What snapshots, pictures or checkpoints hold. */
+static uint64_t columns_of_files(bool checkpoint)
+{
+    uint64_t columns = 0;
+    for (int c = 0; c < N_COLUMNS; c++) {
+        const bool kept = column_table[c].lifetime == KEEP, shown = *column_table[c].file_name;
+        columns |= (uint64_t)(kept || (shown && !checkpoint)) << c;
+    }
+    return columns;
+}
+
 void output_snapshot(struct sim *sim)
 {
     char path[4096];
     struct output *output = sim_state(sim, "output");
+    ranks_gather(sim, columns_of_files(false));
     snapshot_write(sim, in_folder(sim, path, sizeof path, "snapshot_%03lld.hdf5", output->snapshots++),
                    (enum snapshot_precision)output->snapshot_precision);
+    ranks_release(sim);
 }
 
 void output_advise(const struct sim *sim)
@@ -103,16 +117,19 @@ void output_advise(const struct sim *sim)
 void output_checkpoint(struct sim *sim)
 {
     char path[4096];
+    ranks_gather(sim, columns_of_files(true));
     checkpoint_write(sim, in_folder(sim, path, sizeof path, "checkpoint.hdf5", 0));
+    ranks_release(sim);
     output_advise(sim);
 }
 
 static void refresh_potential(struct sim *sim)
 {
     if (sim->fresh_potential) return;
+    ghosts_close(sim);      /* rows may have moved since they were asked for */
     for (int u = 0; u < sim->n_use; u++)
         if (sim->use[u].module->potential) sim->use[u].module->potential(sim, sim->use[u].state);
-    ranks_share(sim, (uint64_t)1 << COLUMN_pot);    /* one rank writes the snapshot */
+    if (!sim->spread) ranks_share(sim, (uint64_t)1 << COLUMN_pot);  /* one rank writes the snapshot */
     sim->fresh_potential = true;
 }
 
@@ -186,9 +203,12 @@ static void write_files(struct sim *sim, struct output *output)
     char path[4096];
     if (due(sim, sim->time.snapshot) || output->snapshot_asked) output_snapshot(sim);
     output->snapshot_asked = false;
-    if (sim->time.picture > 0 ? due(sim, sim->time.picture) : sim->time.tick == sim->time.tick_end)
+    if (sim->time.picture > 0 ? due(sim, sim->time.picture) : sim->time.tick == sim->time.tick_end) {
+        ranks_gather(sim, columns_of_files(false));
         picture_write(sim, in_folder(sim, path, sizeof path, "picture_%03lld.png", output->pictures++),
                       &output->picture);
+        ranks_release(sim);
+    }
     if (due(sim, sim->time.checkpoint) && sim->time.tick > 0) {
         sim->rebuild_next = true;   /* so that a run continued from here takes the same steps */
         output_checkpoint(sim);

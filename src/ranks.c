@@ -2,6 +2,8 @@
  * Rows on several ranks: see ranks.h. */
 #include "ranks.h"
 #include "comm.h"
+#include "ghosts.h"
+#include "log.h"
 #include "mem.h"
 #include "module.h"
 #include <math.h>
@@ -10,6 +12,63 @@
 /* Rows of the cells between which domains are cut: well above every group of gravity and SPH, well
  * below a domain. */
 enum { ATOM_ROWS = 512 };
+
+/* What stands against spreading: a module, or what one has found. */
+static const char *obstacle(const struct sim *sim)
+{
+    for (int u = 0; u < sim->n_use; u++)
+        if (sim->use[u].module->whole) return sim->use[u].module->name;
+    return sim->whole;
+}
+
+void ranks_spread(struct sim *sim)
+{
+    const int size = comm_size(), rank = comm_rank();
+    if (size == 1 || sim->spread) return;
+    const char *why = obstacle(sim);
+    if (why) {
+        log_line("every rank holds all rows, because of %s: memory does not fall with the number of ranks", why);
+        return;
+    }
+    for_species(sim, s) {
+        const int64_t from = s->n * rank / size, to = s->n * (rank + 1) / size;
+        species_spread(s, from, to - from);
+    }
+    sim->spread = true;
+}
+
+/* Own rows of a column to rank 0. */
+static void gather_column(struct species *s, int c)
+{
+    const int size = comm_size(), rank = comm_rank();
+    const size_t row = species_row_bytes(c);
+    int64_t *out = mem_array("ranks", int64_t, 2 * size), *in = out + size;
+    char *column = species_column(s, c);
+    out[0] = rank > 0 ? s->n_own * (int64_t)row : 0;
+    comm_exchange_counts(out, in, 1);
+    if (rank == 0) mem_use(column, 0, (size_t)s->n * row);
+    comm_exchange(column + (size_t)s->own * row, out, column + (size_t)(s->own + s->n_own) * row, in);
+    mem_free(out);
+}
+
+void ranks_gather(struct sim *sim, uint64_t columns)
+{
+    if (!sim->spread) return;
+    ghosts_forget(sim);
+    for_species(sim, s)
+        for (int c = 0; c < N_COLUMNS; c++)
+            if (columns >> c & 1 && species_has(s, c)) gather_column(s, c);
+    for_species(sim, s) s->spread = comm_rank() > 0;
+}
+
+void ranks_release(struct sim *sim)
+{
+    if (!sim->spread) return;
+    for_species(sim, s) {
+        s->spread = true;
+        species_forget(s);
+    }
+}
 
 /* Updates due a full step, in units of the smallest that doubles can add exactly. */
 static double cell_work(const struct sim *sim, const struct node *node)
@@ -24,6 +83,7 @@ static double cell_work(const struct sim *sim, const struct node *node)
 void ranks_divide(struct sim *sim)
 {
     int size = comm_size(), rank = comm_rank();
+    if (sim->spread) return;        /* the build has done it */
     for (int s = 0; s < N_SPECIES; s++) {
         sim->species[s].own = 0;
         sim->species[s].n_own = size == 1 ? sim->species[s].n : 0;
@@ -99,6 +159,10 @@ void ranks_share(struct sim *sim, uint64_t columns)
 {
     int size = comm_size();
     if (size == 1) return;
+    if (sim->spread) {
+        ghosts_share(sim, columns);
+        return;
+    }
     int64_t own = 0, total = 0, offset = 0, *bytes = mem_array("ranks", int64_t, size);
     for (int k = 0; k < N_SPECIES; k++)
         own += (int64_t)sizeof(int64_t) + sim->species[k].n_active * (int64_t)row_bytes(&sim->species[k], columns);
@@ -119,6 +183,7 @@ void ranks_share(struct sim *sim, uint64_t columns)
 int64_t ranks_append(struct sim *sim, enum species_kind kind, int64_t rows)
 {
     struct species *s = &sim->species[kind];
+    check(!s->spread);
     int64_t first = s->n, before = s->ending ? s->active - s->ending : 0;
     if (first + rows > s->capacity) species_reserve(s, first + rows + first / 2);
     s->active = s->ending + before;
@@ -137,7 +202,7 @@ int64_t ranks_append(struct sim *sim, enum species_kind kind, int64_t rows)
 void ranks_remove(struct sim *sim, enum species_kind kind, int64_t row)
 {
     struct species *s = &sim->species[kind];
-    check(s->shrinks);
+    check(s->shrinks && !s->spread);
     s->id[row] = UINT64_MAX;
     s->mass[row] = 0;
     for (int c = FIRST_ELEMENT; c < END_ELEMENTS; c++) {
@@ -149,7 +214,7 @@ void ranks_remove(struct sim *sim, enum species_kind kind, int64_t row)
 
 void ranks_share_rows(struct sim *sim)
 {
-    if (comm_size() == 1) return;
+    if (comm_size() == 1 || sim->spread) return;
     uint64_t columns = sim->want_potential ? (uint64_t)1 << COLUMN_pot : 0;
     for (int c = 0; c < N_COLUMNS; c++)
         if (column_table[c].lifetime == KEEP) columns |= (uint64_t)1 << c;

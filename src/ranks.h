@@ -1,7 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * Rows on several ranks. In the present scheme every rank holds all rows, in the same order, and
- * works on its own part: what it computes is sent to the others after H, DENSITY and the end of the
- * step. Domains are cut between cells of the tree, so forces do not depend on the number of ranks. */
+ * Rows on several ranks. A rank works on its own rows, those in its domain: an interval of the keys, cut between cells of
+ * the tree, so that forces do not depend on the number of ranks.
+ *
+ * Where no module of the scene stands against it, rows are spread: a rank holds its own, and cells and rows of others as far
+ * as it asked for them (ghosts.h). Else every rank holds all rows, in the same order, and what each computes is
+ * sent to all after H, DENSITY and the end of the step. */
 #ifndef TEPHRA_RANKS_H
 #define TEPHRA_RANKS_H
 #include "species.h"
@@ -9,9 +12,15 @@
 
 struct sim;
 
+/* Before the first step: spreads the rows, or says in the log what stands against it. */
+void ranks_spread(struct sim *sim);
+/* While one rank writes files it holds all rows in these columns (bits 1 << COLUMN_x); all ranks call both. */
+void ranks_gather(struct sim *sim, uint64_t columns);
+void ranks_release(struct sim *sim);
 /* After a build: each rank's own rows, balanced by the updates due until the next full step. */
 void ranks_divide(struct sim *sim);
-/* Sends columns of the own active rows to the other ranks. `columns`: bits 1 << COLUMN_x. */
+/* Sends columns of the own active rows to the other ranks; of spread rows, of all those that have been asked for.
+ * `columns`: bits 1 << COLUMN_x. */
 void ranks_share(struct sim *sim, uint64_t columns);
 /* In EVENT: room for new rows at the end of a species, the same on every rank; returns the first. Columns are
  * zero. They are the last rank's, and no cell's, until the tree is rebuilt at the next step. */
@@ -20,7 +29,7 @@ int64_t ranks_append(struct sim *sim, enum species_kind kind, int64_t rows);
  * rebuilt, at the next step if it is gas. The species must be marked `shrinks`. */
 void ranks_remove(struct sim *sim, enum species_kind kind, int64_t row);
 /* At the end of a step: every KEEP column of the active rows, and the rungs of sleepers that any
- * rank has woken. */
+ * rank has woken. Of spread rows nothing: they are asked for anew. */
 void ranks_share_rows(struct sim *sim);
 /* Whether sim->failure is set on any rank. */
 bool ranks_failed(const struct sim *sim);

@@ -19,7 +19,8 @@ static int lowest_rung(const struct sim *sim)
 {
     uint8_t lowest = RUNG_TOP;
     for_species(sim, s)
-        for (int64_t i = 0; i < s->n; i++) lowest = s->rung[i] < lowest ? s->rung[i] : lowest;
+        for (int64_t i = species_from(s); i < species_to(s); i++) lowest = s->rung[i] < lowest ? s->rung[i] : lowest;
+    if (sim->spread) comm_min_bytes(&lowest, 1);
     return lowest;
 }
 
@@ -125,6 +126,7 @@ int run_to_end(struct sim *sim, double max_wall)
     const struct leg before = {profile_cpu(), sim->updates};
     sim->wall_start = profile_wall();
     sim->part_start = (double)time->tick / (double)time->tick_end;
+    ranks_spread(sim);
     bool fine = sim->started || run_step(sim, HOOK_RECORD);
     while (fine && time->tick < time->tick_end) {
         output->snapshot_asked |= asked_for_snapshot();

@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * From a scene to a simulation: which modules it uses, their parameters, columns and hooks. */
 #include "sim.h"
+#include "comm.h"
 #include "device.h"
+#include "ghosts.h"
 #include "log.h"
 #include "mem.h"
 #include "module.h"
@@ -179,16 +181,19 @@ static int64_t find(const uint8_t *rung, int64_t from, int64_t to, int level, in
 int64_t sim_find_active(struct sim *sim)
 {
     int level = timeline_synchronous(&sim->time) ? UINT8_MAX : __builtin_ctzll((uint64_t)sim->time.tick);
-    int64_t total = 0;
+    int64_t ending[N_SPECIES] = {0};
     for_species(sim, s) {
-        int64_t before = find(s->rung, 0, s->own, level, s->ending);
+        int64_t before = find(s->rung, species_from(s), s->own, level, s->ending);
         s->active = s->ending + before;
         s->n_active = find(s->rung, s->own, s->own + s->n_own, level, s->active);
         s->n_ending = before + s->n_active
-                    + find(s->rung, s->own + s->n_own, s->n, level, s->active + s->n_active);
-        total += s->n_ending;
+                    + find(s->rung, s->own + s->n_own, species_to(s), level, s->active + s->n_active);
+        ending[s->kind] = s->n_ending;
     }
-    return total;
+    if (sim->spread) comm_sum_int(ending, N_SPECIES);
+    sim->ending = 0;
+    for_species(sim, s) sim->ending += s->all_ending = ending[s->kind];
+    return sim->ending;
 }
 
 void *sim_state(const struct sim *sim, const char *module)
@@ -272,6 +277,7 @@ void sim_free(struct sim *sim)
     device_close(sim->device);
     for (int s = 0; s < N_SPECIES; s++) species_free(&sim->species[s]);
     tree_free(&sim->tree);
+    ghosts_free(sim->ghosts);
     start_free(sim->start);
     scene_free(sim->scene);
     profile_free(sim->profile);

@@ -17,6 +17,7 @@ struct module;
 struct profile;
 struct device;
 struct start;
+struct ghosts;
 
 struct use { const struct module *module; void *state; };   /* a module of this scene */
 struct call { int hook, use; };                             /* one entry of the step */
@@ -52,6 +53,10 @@ struct sim {
     bool started;           /* the forces at the start are known */
     double last_dt;         /* length of the step that ends now */
     double wall_start, part_start; /* for the ETA only: clock, and part of the run done, at the start */
+    bool spread;            /* every rank holds its own rows, and others' where it asked for them (ghosts.h); else it holds all */
+    const char *whole;      /* why every rank must hold all rows; NULL: no reason */
+    struct ghosts *ghosts;
+    int64_t ending;         /* rows of all ranks whose step ends now */
     int64_t unsorted;       /* updates of rows, of all ranks, since the tree was built */
     bool rebuild_next;      /* the tree is rebuilt at the next step in any case (after a checkpoint) */
 };

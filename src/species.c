@@ -72,7 +72,7 @@ void species_free(struct species *table)
     }
     mem_free(table->ending);
     table->ending = table->active = NULL;
-    table->n = table->capacity = table->own = table->n_own = table->n_ending = table->n_active = 0;
+    table->n = table->all_ending = table->capacity = table->own = table->n_own = table->n_ending = table->n_active = 0;
 }
 
 void species_gather(enum column column, const void *from, void *to, const int32_t *order, int64_t n)
@@ -124,6 +124,54 @@ static void permute_columns(struct species *table, const int32_t *order, int64_t
     mem_free(spare);
 }
 
+static void permute_own(struct species *table, const int32_t *order)
+{
+    void *spare = mem_alloc("columns", (size_t)table->n_own * species_widest(table));
+    for (int c = 0; c < N_COLUMNS; c++) {
+        if (!is_kept(table, c)) continue;
+        const size_t row = species_row_bytes(c);
+        char *own = (char *)*slot(table, c) + (size_t)table->own * row;
+        species_gather(c, own, spare, order, table->n_own);
+        memcpy(own, spare, (size_t)table->n_own * row);
+    }
+    mem_free(spare);
+}
+
+void species_spread(struct species *table, int64_t own, int64_t n_own)
+{
+    for (int c = 0; c < N_COLUMNS; c++) {
+        if (!species_has(table, c)) continue;
+        const size_t row = species_row_bytes(c), from = (size_t)own * row, bytes = (size_t)n_own * row;
+        char *whole = *slot(table, c), *part = mem_reserve("columns", (size_t)table->n * row);
+        mem_use(part, from, from + bytes);
+        if (bytes > 0) memcpy(part + from, whole + from, bytes);
+        mem_free(whole);
+        *slot(table, c) = part;
+    }
+    table->spread = true;
+    table->own = own;
+    table->n_own = n_own;
+    table->capacity = table->n;
+    table->ending = table->active = mem_resize("columns", table->ending, (size_t)(n_own + 1) * sizeof *table->ending);
+}
+
+void species_use(struct species *table, uint64_t columns, int64_t from, int64_t to)
+{
+    for (int c = 0; c < N_COLUMNS && table->spread; c++) {
+        const size_t row = species_row_bytes(c);
+        if (columns >> c & 1 && species_has(table, c)) mem_use(*slot(table, c), (size_t)from * row, (size_t)to * row);
+    }
+}
+
+void species_forget(struct species *table)
+{
+    for (int c = 0; c < N_COLUMNS && table->spread; c++) {
+        const size_t row = species_row_bytes(c);
+        mem_drop(*slot(table, c), 0, (size_t)table->own * row);
+        mem_drop(*slot(table, c), (size_t)(table->own + table->n_own) * row, (size_t)table->n * row);
+    }
+}
+
 int64_t species_live(const struct species *table)
 {
     int64_t live = table->n;
@@ -144,11 +192,12 @@ void species_drop(struct species *table)
 
 void species_permute(struct species *table, const int32_t *order, int64_t n)
 {
-    check(n <= table->n);
+    check(n <= table->n && (!table->spread || n == table->n_own));
     const int64_t before = table->n;
-    table->n = n;
+    if (!table->spread) table->n = n;
     bool sorted = true;
     for (int64_t i = 0; i < n && sorted; i++) sorted = order[i] == i;
     if (sorted) return;
-    permute_columns(table, order, before);
+    if (table->spread) permute_own(table, order);
+    else permute_columns(table, order, before);
 }

@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * The four species, each a table of its own. Rows lie in memory in the order of their keys.
  *
- * A rank holds its own rows, [own, own + n_own), and around them the rows of other ranks that it
- * needs; without MPI own = 0 and n_own = n. Rows hold their state at their own time (timeline.h). */
+ * Row numbers are those of all ranks' rows together. A rank holds its own rows, [own, own + n_own); without
+ * MPI own = 0 and n_own = n. Of other ranks' rows it holds copies: all of them or, where the table is
+ * `spread`, those that it asked for (ghosts.h); the columns' other addresses are reserved and not touched.
+ * Rows hold their state at their own time (timeline.h). */
 #ifndef TEPHRA_SPECIES_H
 #define TEPHRA_SPECIES_H
 #include "columns.h"
@@ -16,14 +18,16 @@ extern const char *const species_names[N_SPECIES];
 
 struct species {
     enum species_kind kind;
-    int64_t n, capacity;            /* rows in use, rows allocated */
+    int64_t n, capacity;            /* rows of all ranks, rows for which there are addresses */
     int64_t own, n_own;             /* this rank's rows */
+    bool spread;                    /* other ranks' rows are here only where they were asked for */
     bool grows, shrinks;            /* a module may give it rows during the run, or take them (ranks_remove) */
     uint64_t columns;               /* bit (1 << COLUMN_x): asked for */
     int32_t *active;                /* own rows whose step ends now, ascending */
     int64_t n_active;
-    int32_t *ending;                /* all rows whose step ends now, other ranks' too; holds `active` */
+    int32_t *ending;                /* all rows here whose step ends now, other ranks' too unless spread; holds `active` */
     int64_t n_ending;
+    int64_t all_ending;             /* rows of all ranks whose step ends now */
 #define COLUMN(name, type, dims, ...) type (*name) dims;
     SPECIES_COLUMNS(COLUMN)
 #undef COLUMN
@@ -36,6 +40,15 @@ static inline bool species_has(const struct species *table, enum column column)
 /* Makes room for `capacity` rows in every needed column; keeps the rows there are. */
 void species_reserve(struct species *table, int64_t capacity);
 void species_free(struct species *table);
+/* The rows that are here whatever happens: own ones of a spread table, else all. */
+static inline int64_t species_from(const struct species *table) { return table->spread ? table->own : 0; }
+static inline int64_t species_to(const struct species *table) { return table->spread ? table->own + table->n_own : table->n; }
+/* Of a table that every rank holds whole, keeps rows [own, own + n_own): it is spread from now on. */
+void species_spread(struct species *table, int64_t own, int64_t n_own);
+/* States that rows [from, to) of a spread table will be used in these columns (bits 1 << COLUMN_x). */
+void species_use(struct species *table, uint64_t columns, int64_t from, int64_t to);
+/* Gives back what a spread table holds beside its own rows. */
+void species_forget(struct species *table);
 /* The column's storage, NULL if not needed, and the bytes of one row of it. */
 void *species_column(const struct species *table, enum column column);
 size_t species_row_bytes(enum column column);
@@ -43,7 +56,8 @@ size_t species_row_bytes(enum column column);
 size_t species_widest(const struct species *table);
 /* to[i] = from[order[i]] for n rows of a column. */
 void species_gather(enum column column, const void *from, void *to, const int32_t *order, int64_t n);
-/* Reorders every KEEP column: new row i is old row order[i]; n rows remain. */
+/* Reorders every KEEP column: new row i is old row order[i]; n rows remain. Of a spread table the same with its own
+ * rows, counted from the first of them; all remain. */
 void species_permute(struct species *table, const int32_t *order, int64_t n);
 /* Id of the number-th row (1 to 255) that was born from another: the number in the bits from 48 on, or, where these are in
  * use, from 56 on; 0 if those are in use too. */

@@ -32,8 +32,7 @@ static int64_t count_rows(const struct sim *sim)
 
 bool steps_rebuild_due(const struct sim *sim)
 {
-    double rows = (double)count_rows(sim), ending = 0;
-    for_species(sim, s) ending += (double)s->n_ending;
+    const double rows = (double)count_rows(sim), ending = (double)sim->ending;
     return sim->tree.built < 0 || sim->rebuild_next || ending >= rebuild_share * rows
         || (double)sim->unsorted + ending >= rebuild_updates * rows;
 }
@@ -59,7 +58,7 @@ static void tree_arrange(struct sim *sim, void *state)
         sim->rebuild_next = false;
         sim->unsorted = 0;
     } else {
-        for_species(sim, s) sim->unsorted += s->n_ending;
+        sim->unsorted += sim->ending;
         tree_refit(sim);
     }
     tree_mark_active(sim);
@@ -141,14 +140,14 @@ static void describe_row(const struct sim *sim, const struct species *s, int64_t
     struct step_reason reason = {sim->time.dt_max, "the longest step"};
     for (int u = 0; u < sim->n_use; u++)
         if (sim->use[u].module->reason) sim->use[u].module->reason(sim, sim->use[u].state, s, i, &reason);
-    float *kelvin = s->u ? mem_array("frame", float, s->n) : NULL;
+    float *kelvin = s->u ? mem_array("frame", float, species_to(s) - species_from(s)) : NULL;
     bool known = kelvin && layout_temperatures(sim, kelvin);
     int used = snprintf(text, size, "smallest step %.4g by %s: %s particle %llu", (double)s->dt[i],
                         reason.dt <= 1.001 * (double)s->dt[i] ? reason.text : "another criterion", species_names[s->kind],
                         (unsigned long long)s->id[i]);
     if (s->rho) used += snprintf(text + used, size - (size_t)used, ", rho %.4g", (double)s->rho[i]);
     if (s->h) used += snprintf(text + used, size - (size_t)used, ", h %.4g", (double)s->h[i]);
-    if (known) snprintf(text + used, size - (size_t)used, ", T %.4g K", (double)kelvin[i]);
+    if (known) snprintf(text + used, size - (size_t)used, ", T %.4g K", (double)kelvin[i - species_from(s)]);
     else if (s->u) snprintf(text + used, size - (size_t)used, ", u %.4g", (double)s->u[i]);
     mem_free(kelvin);
 }

@@ -2,6 +2,8 @@
  * The octree's life between two builds: build, refit, follow, groups. Which cells there are is
  * decided in tree_cells.c, by the keys alone. */
 #include "tree_cells.h"
+#include "comm.h"
+#include "ghosts.h"
 #include "mem.h"
 #include "sim.h"
 #include <math.h>
@@ -22,22 +24,56 @@ void tree_need_leaf(struct tree *tree, int rows)
     if (tree->leaf_size == 0 || rows < tree->leaf_size) tree->leaf_size = rows;
 }
 
-/* Node columns follow the number of cells. */
-static void reserve_columns(struct tree *tree)
+static void **slot(const struct tree *tree, enum node_column column)
 {
-    void **slot[N_NODE_COLUMNS] = {
-#define NODE(name, ...) (void **)&tree->name,
+    static const size_t offset[N_NODE_COLUMNS] = {
+#define NODE(name, ...) offsetof(struct tree, name),
         NODE_COLUMNS(NODE)
 #undef NODE
     };
+    return (void **)((char *)tree + offset[column]);
+}
+
+void *tree_column(const struct tree *tree, enum node_column column) { return tree->width[column] ? *slot(tree, column) : NULL; }
+
+size_t tree_node_bytes(const struct tree *tree, enum node_column column)
+{
+    return (size_t)tree->width[column] * (size_t)node_column_table[column].element_bytes;
+}
+
+/* Node columns follow the number of cells. */
+static void reserve_columns(struct tree *tree)
+{
     for (int c = 0; c < N_NODE_COLUMNS; c++) {
         if (tree->width[c] == 0) continue;
-        mem_free(*slot[c]);
-        *slot[c] = mem_alloc("tree", (size_t)tree->n_nodes * (size_t)tree->width[c]
-                                     * (size_t)node_column_table[c].element_bytes);
+        mem_free(*slot(tree, c));
+        *slot(tree, c) = mem_alloc("tree", (size_t)tree->n_nodes * tree_node_bytes(tree, c));
     }
     mem_free(tree->active_count);
     tree->active_count = mem_array("tree", int32_t, tree->n_nodes);
+    tree->column_room = tree->n_nodes;
+}
+
+/* A longer block whose new part is zero. */
+static void *lengthen(void *block, int32_t before, int32_t after, size_t bytes)
+{
+    block = mem_resize("tree", block, (size_t)after * bytes);
+    memset((char *)block + (size_t)before * bytes, 0, (size_t)(after - before) * bytes);
+    return block;
+}
+
+void tree_reserve(struct tree *tree, int32_t nodes)
+{
+    if (nodes > tree->capacity) {
+        tree->capacity = nodes + nodes / 4;
+        tree->node = mem_resize("tree", tree->node, (size_t)tree->capacity * sizeof *tree->node);
+    }
+    if (nodes <= tree->column_room) return;
+    for (int c = 0; c < N_NODE_COLUMNS; c++)
+        if (tree->width[c] > 0)
+            *slot(tree, c) = lengthen(*slot(tree, c), tree->column_room, tree->capacity, tree_node_bytes(tree, c));
+    tree->active_count = lengthen(tree->active_count, tree->column_room, tree->capacity, sizeof *tree->active_count);
+    tree->column_room = tree->capacity;
 }
 
 void tree_free(struct tree *tree)
@@ -224,6 +260,8 @@ static bool is_stretched(const struct node *node, double closest)
     return extent > ratio * closest;
 }
 
+static bool is_own_leaf(const struct node *node) { return node->n_children == 0 && node->place == NODE_OWN; }
+
 /* Measures leaves and splits those that are stretched, until none is. closest: one a node. */
 static float *settle_leaves(struct sim *sim, struct cells *cells)
 {
@@ -233,28 +271,55 @@ static float *settle_leaves(struct sim *sim, struct cells *cells)
         closest = mem_resize("tree", closest, (size_t)to * sizeof *closest);
 #pragma omp parallel for schedule(dynamic, 256)
         for (int32_t n = from; n < to; n++)
-            closest[n] = tree->node[n].n_children > 0 ? INFINITY : (float)measure_leaf(sim, &tree->node[n]);
+            closest[n] = is_own_leaf(&tree->node[n]) ? (float)measure_leaf(sim, &tree->node[n]) : INFINITY;
         for (int32_t n = from; n < to; n++)
-            if (tree->node[n].n_children == 0 && is_stretched(&tree->node[n], (double)closest[n])) tree_cells_split(cells, n);
+            if (is_own_leaf(&tree->node[n]) && is_stretched(&tree->node[n], (double)closest[n])) tree_cells_split(cells, n);
     }
     return closest;
+}
+
+static void finish_node(struct tree *tree, int32_t n, float *closest)
+{
+    struct node *node = &tree->node[n];
+    if (node->n_children > 0) measure_inner(tree, node);
+    node->stretched = is_stretched(node, (double)closest[n]);
+}
+
+static void tell_parent(const struct tree *tree, int32_t n, float *closest)
+{
+    const int32_t parent = tree->node[n].parent;
+    if (parent >= 0) closest[parent] = fminf(closest[parent], closest[n]);
+}
+
+/* Own cells, the topmost of them to all ranks, and then those that hold rows of several ranks. */
+static void finish_nodes(struct sim *sim, float *closest)
+{
+    struct tree *tree = &sim->tree;
+    for (int32_t n = tree->n_nodes - 1; n >= 0; n--) {
+        if (tree->node[n].place != NODE_OWN) continue;
+        finish_node(tree, n, closest);
+        if (n >= tree->n_top) tell_parent(tree, n, closest);
+    }
+    if (tree->n_top == 0) return;
+    ghosts_share_tops(sim, closest);
+    for (int32_t n = tree->n_top - 1; n >= 0; n--) {
+        if (tree->node[n].place == NODE_TOP) finish_node(tree, n, closest);
+        tell_parent(tree, n, closest);
+    }
 }
 
 void tree_build(struct sim *sim)
 {
     struct tree *tree = &sim->tree;
     check(tree->leaf_size > 0);
+    ghosts_forget(sim);
     struct cells *cells = tree_cells_begin(sim);
     if (!cells) return;
     float *closest = settle_leaves(sim, cells);
     tree_cells_end(cells);
     reserve_columns(tree);
-    for (int32_t n = tree->n_nodes - 1; n >= 0; n--) {
-        struct node *node = &tree->node[n];
-        if (node->n_children > 0) measure_inner(tree, node);
-        node->stretched = is_stretched(node, (double)closest[n]);
-        if (node->parent >= 0) closest[node->parent] = fminf(closest[node->parent], closest[n]);
-    }
+    tree->n_fixed = tree->n_nodes;
+    finish_nodes(sim, closest);
     mem_free(closest);
     tree->built = tree->fitted = sim->time.tick;
 }
@@ -294,27 +359,43 @@ static bool is_loose(const struct node *node)
     return node->slack > loose * width;
 }
 
+/* Cells above what was fitted, whose rows are of several ranks: the same on every rank. */
+static void fit_tops(struct sim *sim)
+{
+    struct tree *tree = &sim->tree;
+    ghosts_share_tops(sim, NULL);
+    for (int32_t n = tree->n_top - 1; n >= 0; n--) {
+        struct node *node = &tree->node[n];
+        if (node->slack > 0) continue;
+        if (node->place == NODE_TOP) fit_inner(tree, node);
+        if (node->parent >= 0) tree->node[node->parent].slack = 0;
+    }
+}
+
 void tree_refit(struct sim *sim)
 {
     struct tree *tree = &sim->tree;
     double dt = timeline_seconds(&sim->time, sim->time.tick - tree->fitted);
-    int32_t fitted = 0;
+    int64_t fitted = 0;
     tree->fitted = sim->time.tick;
+    ghosts_close(sim);
     if (!(dt > 0)) return;
 #pragma omp parallel for reduction(+ : fitted) if (tree->n_nodes > MANY)
     for (int32_t n = 0; n < tree->n_nodes; n++) {
         struct node *node = &tree->node[n];
         drift(node, dt);
-        if (node->n_children > 0 || !is_loose(node)) continue;
+        if (!is_own_leaf(node) || !is_loose(node)) continue;
         fit_leaf(sim, node);
         fitted++;
     }
+    if (tree->n_top > 0) comm_sum_int(&fitted, 1);
     for (int32_t n = tree->n_nodes - 1; n >= 0 && fitted > 0; n--) {
         struct node *node = &tree->node[n];
-        if (node->slack > 0) continue;
+        if (node->slack > 0 || node->place != NODE_OWN) continue;
         if (node->n_children > 0) fit_inner(tree, node);
-        if (node->parent >= 0) tree->node[node->parent].slack = 0;
+        if (node->parent >= 0 && tree->node[node->parent].place == NODE_OWN) tree->node[node->parent].slack = 0;
     }
+    if (tree->n_top > 0 && fitted > 0) fit_tops(sim);
 }
 
 /* First entry of the ascending list[from..to-1] that is at least `row`. */
@@ -371,7 +452,7 @@ void tree_mark_active(struct sim *sim)
         part.to[s] = sim->species[s].n_active;
         idle += sim->species[s].n - part.to[s];
     }
-    if (idle > 0) {
+    if (idle > 0) {     /* rows of other ranks are none of the active ones */
         memset(tree->active_count, 0, (size_t)tree->n_nodes * sizeof *tree->active_count);
         mark(tree, 0, &part);
         return;
@@ -395,6 +476,25 @@ static void follow(struct sim *sim, int32_t n, const struct part *part)
             widen_for_row(sim, node, &sim->species[s], part->list[s][a]);
 }
 
+/* The cells of several ranks follow from their topmost cells: of those that have followed rows. */
+static void follow_tops(struct sim *sim, const struct part *part)
+{
+    struct tree *tree = &sim->tree;
+    bool *moved = mem_array("tree", bool, tree->n_top);
+    for (int32_t n = 0; n < tree->n_top; n++) {
+        struct part inside = part_of(part, &tree->node[n]);
+        moved[n] = part_rows(&inside) > 0;
+    }
+    ghosts_share_moved(sim, moved);
+    for (int32_t n = tree->n_top - 1; n > 0; n--) {
+        struct node *node = &tree->node[n];
+        if (!moved[n]) continue;
+        widen_for_child(&tree->node[node->parent], node);
+        moved[node->parent] = true;
+    }
+    mem_free(moved);
+}
+
 void tree_follow(struct sim *sim)
 {
     if (sim->tree.n_nodes == 0) return;
@@ -404,6 +504,7 @@ void tree_follow(struct sim *sim)
         part.to[s] = sim->species[s].n_ending;
     }
     follow(sim, 0, &part);
+    if (sim->tree.n_top > 0) follow_tops(sim, &part);
 }
 
 void tree_follow_rows(struct sim *sim, enum species_kind kind, const int32_t *row, int64_t n)
@@ -418,7 +519,7 @@ static void collect(const struct tree *tree, int32_t n, unsigned mask, int size,
 {
     const struct node *node = &tree->node[n];
     int64_t rows = node_rows(node, mask);
-    if (rows == 0) return;
+    if (rows == 0 || node->place == NODE_AWAY) return;
     if ((rows <= size && !node->stretched) || node->n_children == 0) {
         groups[(*count)++] = n;
         return;

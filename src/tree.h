@@ -10,6 +10,13 @@
 
 struct sim;
 
+/* Where a cell's rows are. With one rank, and where every rank holds all rows, all are NODE_OWN. */
+enum node_place {
+    NODE_OWN,       /* this rank's, down to the rows */
+    NODE_TOP,       /* of several ranks: every rank holds it, with all its children */
+    NODE_AWAY       /* another rank's: as far as it was opened (ghosts.h) */
+};
+
 struct node {
     double pos[3];              /* centre of mass now (of the rows' centres, if all masses are 0) */
     float vel[3];               /* its velocity */
@@ -17,15 +24,19 @@ struct node {
     float speed;                /* largest |v - vel| of a row, any component, until the box is fitted anew */
     float slack;                /* by how much the box has grown since it was fitted; 0: fitted at tree->fitted */
     float mass;
-    int32_t parent, child;      /* first child, children are contiguous; -1 = none */
-    int16_t n_children;
-    int16_t stretched;          /* floats about one centre would not tell its rows apart; never a group */
+    int32_t parent, child;      /* first child, children are contiguous; -1 = none here */
+    int16_t n_children;         /* with child = -1: of a closed cell, whose children another rank holds */
+    int8_t stretched;           /* floats about one centre would not tell its rows apart; never a group */
+    int8_t place;               /* enum node_place */
     int32_t first[N_SPECIES], count[N_SPECIES];
 };
 
 struct tree {
     struct node *node;          /* node[0] is the root; children come after their parent */
-    int32_t n_nodes, capacity;
+    int32_t n_nodes, capacity, column_room;     /* cells; for how many there is room, also in the node columns */
+    int32_t n_top;              /* the cells of several ranks and, below them, the topmost of each; 0 with one rank */
+    int32_t n_fixed;            /* cells but for those that were opened; n_nodes with one rank */
+    int32_t largest_group;      /* domains are not cut through cells of this many rows */
     int leaf_size;              /* a cell with more rows is split, and a stretched one */
     double blur;                /* rows nearer to each other than this need not be told apart */
     int64_t built, fitted;      /* ticks */
@@ -53,10 +64,17 @@ void tree_follow_rows(struct sim *sim, enum species_kind kind, const int32_t *ro
 /* Fills active_count along the paths from the root to the active rows. */
 void tree_mark_active(struct sim *sim);
 /* Cells that are the topmost with at most `size` rows of the species in `mask` (and at least one) and
- * are not stretched: a partition of those rows in key order. Returns their number; *groups belongs to
- * the caller. */
+ * are not stretched: a partition of those rows in key order. Cells of other ranks' rows alone are left out.
+ * Returns their number; *groups belongs to the caller. */
 int32_t tree_groups(const struct tree *tree, unsigned mask, int size, const char *owner, int32_t **groups);
 void tree_free(struct tree *tree);
+/* Makes room for so many cells and their columns; those there are stay. */
+void tree_reserve(struct tree *tree, int32_t nodes);
+/* Storage of a node column, NULL if nobody asked for it, and the bytes of one node of it. */
+void *tree_column(const struct tree *tree, enum node_column column);
+size_t tree_node_bytes(const struct tree *tree, enum node_column column);
+/* Its children are not here. */
+static inline bool node_is_closed(const struct node *node) { return node->child < 0 && node->n_children > 0; }
 static inline int64_t node_rows(const struct node *node, unsigned mask)
 {
     int64_t rows = 0;

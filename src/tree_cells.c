@@ -2,19 +2,13 @@
  * Keys, sort and cells of the octree. A cell is made only where its rows part: chains of cells with
  * one child, which one distant escaper would cause, are skipped. */
 #include "tree_cells.h"
-#include "key.h"
+#include "comm.h"
 #include "mem.h"
+#include "ranks.h"
 #include "sim.h"
 #include "sort.h"
 #include <math.h>
 #include <stdlib.h>
-
-struct cells {
-    struct sim *sim;
-    struct tree *tree;
-    double scale;                       /* grid cells a unit length: 2^42 / side */
-    uint64_t *high[N_SPECIES];          /* upper half of the key, in row order */
-};
 
 /* The root's cube: its side a power of two and its corner on a grid of an eighth of that, so that
  * the cells stay put while the outermost rows move a little. */
@@ -22,18 +16,21 @@ static bool choose_cube(struct sim *sim)
 {
     double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY}, extent = 0;
     for_species(sim, s)
-        for (int64_t i = 0; i < s->n; i++) {
+        for (int64_t i = species_from(s); i < species_to(s); i++) {
             double pos[3];
             sim_predict(&sim->time, s, i, pos);
             if (!isfinite(pos[0] + pos[1] + pos[2])) {
                 sim_fail(sim, s, i, "position is not finite");
-                return false;
+                break;
             }
             for (int k = 0; k < 3; k++) {
                 low[k] = pos[k] < low[k] ? pos[k] : low[k];
                 high[k] = pos[k] > high[k] ? pos[k] : high[k];
             }
         }
+    if (ranks_failed(sim)) return false;
+    comm_min(low, 3);
+    comm_max(high, 3);
     for (int k = 0; k < 3; k++) extent = fmax(extent, high[k] - low[k]);
     if (extent == 0) extent = 1;
     struct tree *tree = &sim->tree;
@@ -49,12 +46,17 @@ static inline void row_grid(const struct cells *b, const struct species *s, int6
     key_grid(pos, b->tree->corner, b->scale, x);
 }
 
+/* Of a row that is here whatever happens. */
+static inline uint64_t high_of(const struct cells *b, int s, int64_t i) { return b->high[s][i - b->from[s]]; }
+
 static struct key row_key(const struct cells *b, const struct species *s, int64_t i)
 {
     uint64_t x[3];
     row_grid(b, s, i, x);
     return (struct key){key_interleave(x, KEY_HALF), key_interleave(x, 0)};
 }
+
+struct key tree_cells_key(const struct cells *b, int s, int64_t row) { return row_key(b, &b->sim->species[s], row); }
 
 /* Rows whose upper half keys agree are put in order of the lower half, then of their ids. */
 struct tie { uint64_t low, id; int32_t row; };
@@ -66,16 +68,17 @@ static int compare_ties(const void *a, const void *b)
     return (s->id > t->id) - (s->id < t->id);
 }
 
-static void settle_ties(const struct cells *b, const struct species *s, int32_t *order)
+static void settle_ties(const struct cells *b, const struct species *s, int32_t *order, int64_t n)
 {
     const uint64_t *high = b->high[s->kind];
+    const int64_t from = b->from[s->kind];
     struct tie *tie = NULL;
-    for (int64_t i = 0, end; i < s->n; i = end) {
-        for (end = i + 1; end < s->n && high[end] == high[i]; end++) {}
+    for (int64_t i = 0, end; i < n; i = end) {
+        for (end = i + 1; end < n && high[end] == high[i]; end++) {}
         if (end == i + 1) continue;
         tie = mem_resize("sort", tie, (size_t)(end - i) * sizeof *tie);
         for (int64_t k = i; k < end; k++)
-            tie[k - i] = (struct tie){row_key(b, s, order[k]).low, s->id[order[k]], order[k]};
+            tie[k - i] = (struct tie){row_key(b, s, from + order[k]).low, s->id[from + order[k]], order[k]};
         qsort(tie, (size_t)(end - i), sizeof *tie, compare_ties);
         for (int64_t k = i; k < end; k++) order[k] = tie[k - i].row;
     }
@@ -84,24 +87,25 @@ static void settle_ties(const struct cells *b, const struct species *s, int32_t 
 
 static void sort_species(struct cells *b, struct species *s)
 {
-    uint64_t *high = b->high[s->kind] = mem_array("sort", uint64_t, s->n);
-    int32_t *order = mem_array("sort", int32_t, s->n);
+    const int64_t from = b->from[s->kind] = species_from(s), n = species_to(s) - from;
+    uint64_t *high = b->high[s->kind] = mem_array("sort", uint64_t, n);
+    int32_t *order = mem_array("sort", int32_t, n);
 #pragma omp parallel for
-    for (int64_t i = 0; i < s->n; i++) {
+    for (int64_t i = 0; i < n; i++) {
         uint64_t x[3];
-        row_grid(b, s, i, x);
+        row_grid(b, s, from + i, x);
         order[i] = (int32_t)i;
         high[i] = key_interleave(x, KEY_HALF);
     }
-    sort_keys(high, order, s->n);
-    settle_ties(b, s, order);
-    species_permute(s, order, s->n);
+    sort_keys(high, order, n);
+    settle_ties(b, s, order, n);
+    species_permute(s, order, n);
     mem_free(order);
 }
 
 static int octant(const struct cells *b, int s, int64_t i, int level)
 {
-    struct key key = {b->high[s][i], 0};
+    struct key key = {high_of(b, s, i), 0};
     if (level > KEY_HALF) key = row_key(b, &b->sim->species[s], i);
     return key_octant(key, level);
 }
@@ -119,10 +123,10 @@ static int32_t key_boundary(const uint64_t *high, int32_t from, int32_t to, int 
     return (int32_t)(at - high);
 }
 
-/* First row of [from, to) whose octant at `level` is at least `wanted`. */
-static int32_t boundary(const struct cells *b, int s, int32_t from, int32_t to, int level, int wanted)
+int32_t tree_cells_boundary(const struct cells *b, int s, int32_t from, int32_t to, int level, int wanted)
 {
-    if (level <= KEY_HALF) return key_boundary(b->high[s], from, to, level, wanted);
+    const int32_t first = (int32_t)b->from[s];
+    if (level <= KEY_HALF) return first + key_boundary(b->high[s], from - first, to - first, level, wanted);
     while (from < to) {
         int32_t middle = from + (to - from) / 2;
         if (octant(b, s, middle, level) < wanted) from = middle + 1;
@@ -142,7 +146,7 @@ static struct key difference(const struct cells *b, const struct range *range, i
         const struct range *r = &range[k];
         const int32_t end[2] = {r->first, r->last};
         for (int e = 0; e < 2; e++) {
-            struct key key = {b->high[r->s][end[e]], 0};
+            struct key key = {high_of(b, r->s, end[e]), 0};
             if (lower) key = row_key(b, &b->sim->species[r->s], end[e]);
             if (k == 0 && e == 0) start = key;
             differ.high |= start.high ^ key.high;
@@ -150,6 +154,18 @@ static struct key difference(const struct cells *b, const struct range *range, i
         }
     }
     return differ;
+}
+
+static int level_of(struct key differ)
+{
+    if (differ.high) return KEY_HALF - (63 - __builtin_clzll(differ.high)) / 3;
+    if (differ.low) return KEY_LEVELS - (63 - __builtin_clzll(differ.low)) / 3;
+    return KEY_LEVELS + 1;
+}
+
+int tree_cells_level(struct key first, struct key last)
+{
+    return level_of((struct key){first.high ^ last.high, first.low ^ last.low});
 }
 
 /* Level at which the rows of a cell first lie in different octants; beyond KEY_LEVELS if never. The lower halves
@@ -161,13 +177,10 @@ static int parting_level(const struct cells *b, const struct node *node)
     for (int s = 0; s < N_SPECIES; s++)
         if (node->count[s] > 0) range[n++] = (struct range){s, node->first[s], node->first[s] + node->count[s] - 1};
     struct key differ = difference(b, range, n, false);
-    if (differ.high) return KEY_HALF - (63 - __builtin_clzll(differ.high)) / 3;
-    differ = difference(b, range, n, true);
-    if (differ.low) return KEY_LEVELS - (63 - __builtin_clzll(differ.low)) / 3;
-    return KEY_LEVELS + 1;
+    return level_of(differ.high ? differ : difference(b, range, n, true));
 }
 
-static int32_t add_nodes(struct tree *tree, int32_t count)
+int32_t tree_cells_add(struct tree *tree, int32_t count)
 {
     int32_t first = tree->n_nodes;
     tree->n_nodes += count;
@@ -194,12 +207,12 @@ static void part(struct cells *b, int32_t n)
         struct node c = {.parent = n, .child = -1};
         for (int s = 0; s < N_SPECIES; s++) {
             c.first[s] = from[s];
-            from[s] = boundary(b, s, from[s], node.first[s] + node.count[s], level, o + 1);
+            from[s] = tree_cells_boundary(b, s, from[s], node.first[s] + node.count[s], level, o + 1);
             c.count[s] = from[s] - c.first[s];
         }
         if (node_rows(&c, ALL_SPECIES) > 0) child[n_children++] = c;
     }
-    int32_t first = add_nodes(tree, n_children);
+    int32_t first = tree_cells_add(tree, n_children);
     tree->node[n].child = first;
     tree->node[n].n_children = n_children;
     for (int32_t k = 0; k < n_children; k++) tree->node[first + k] = child[k];
@@ -214,6 +227,32 @@ static void split(struct cells *b, int32_t n)
     for (int32_t k = 0; k < n_children; k++) split(b, first + k);
 }
 
+/* One rank, or every rank alike. */
+static void split_all(struct cells *b)
+{
+    struct node root = {.parent = -1, .child = -1};
+    for (int s = 0; s < N_SPECIES; s++) root.count[s] = (int32_t)b->sim->species[s].n;
+    if (node_rows(&root, ALL_SPECIES) == 0) return;
+    tree_cells_add(b->tree, 1);
+    b->tree->node[0] = root;
+    split(b, 0);
+}
+
+/* Rows go to the ranks of their domains and into order there. */
+static void split_own(struct cells *b)
+{
+    struct domains *domains = domains_exchange(b);
+    for_species(b->sim, s) {
+        mem_free(b->high[s->kind]);
+        sort_species(b, s);
+    }
+    domains_tops(b, domains);
+    domains_free(domains);
+    b->tree->n_top = b->tree->n_nodes;
+    for (int32_t n = 0; n < b->tree->n_top; n++)
+        if (b->tree->node[n].place == NODE_OWN) split(b, n);
+}
+
 struct cells *tree_cells_begin(struct sim *sim)
 {
     struct tree *tree = &sim->tree;
@@ -221,17 +260,10 @@ struct cells *tree_cells_begin(struct sim *sim)
     if (!choose_cube(sim)) return NULL;
     struct cells *b = mem_alloc("sort", sizeof *b);
     *b = (struct cells){.sim = sim, .tree = tree, .scale = ldexp(1.0, KEY_LEVELS) / tree->side};
-    struct node root = {.parent = -1, .child = -1};
-    for_species(sim, s) {
-        sort_species(b, s);
-        root.count[s->kind] = (int32_t)s->n;
-    }
-    tree->n_nodes = 0;
-    if (node_rows(&root, ALL_SPECIES) > 0) {
-        add_nodes(tree, 1);
-        tree->node[0] = root;
-        split(b, 0);
-    }
+    for_species(sim, s) sort_species(b, s);
+    tree->n_nodes = tree->n_top = 0;
+    if (sim->spread) split_own(b);
+    else split_all(b);
     return b;
 }
 

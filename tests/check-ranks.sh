@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
-# Two ranks give the same run as one: bit for bit, since cells, groups and the order of sums follow
-# from the keys alone.
+# Several ranks give the same run as one: bit for bit, since cells, groups and the order of sums follow
+# from the keys alone. Whether every rank holds all rows, or its own and what it asks for.
 . "$TEPHRA_SOURCE/tests/lib.sh"
 tephra --version | grep -q 'MPI *no' && { echo "built without MPI"; exit 77; }
 command -v mpirun >/dev/null || { echo "there is no mpirun"; exit 77; }
@@ -13,6 +13,34 @@ for ranks in 2 3; do
     expect_status 0 mpirun -n $ranks --oversubscribe tephra run "$scene" $small --out ranks$ranks
     for k in 0 1 2; do same one/snapshot_00$k.hdf5 ranks$ranks/snapshot_00$k.hdf5; done
 done
+
+expect_text 'every rank holds all rows, because of direct sums' ranks2/log.txt
+
+# Rows spread over the ranks: with steps of their own, more ranks than cells that may not be cut, other equations, a tree, a
+# corrector that moves rows, two species, a closed box; nothing is lost where all ranks but one are empty.
+spread() {      # RANKS SCENE ARGUMENTS...
+    ranks=$1; shift
+    rm -rf alone many
+    expect_status 0 tephra run "$@" --threads 1 --out alone
+    expect_status 0 mpirun -n "$ranks" --oversubscribe tephra run "$@" --threads 1 --out many
+    grep -q 'every rank holds all' many/log.txt && fail "not spread: $*"
+    for file in alone/snapshot_*.hdf5; do same "$file" "many/${file#alone/}"; done
+}
+few="--set time.end=0.05 --set output.snapshot_every=0.025"
+spread 2 "$scene" --set start.n=6000 --set time.end=0.2 --set output.snapshot_every=0.1
+for ranks in 4 8; do spread $ranks "$scene" --set start.n=6000 $few; done
+spread 4 "$scene" --set start.n=600 $few --set gravity.solver=fmm
+spread 3 "$scene" --set start.n=3000 $few --set gravity.solver=tree --set time.integrator=pec
+spread 3 "$scene" --set start.n=3000 $few --set sph.preset=modern --set sph.count=smooth --set sph.grad_h=on \
+    --set sph.equation=entropy
+spread 3 "$TEPHRA_SOURCE/ics/merger.yml" --set start.n=3000 --set time.end=2Myr --set output.snapshot_every=2Myr
+spread 3 "$TEPHRA_SOURCE/ics/wave.yml" --set time.end=0.02 --set output.snapshot_every=0.02
+
+# A run of spread rows, continued on another number of ranks.
+expect_status 0 mpirun -n 3 --oversubscribe tephra run "$scene" --set start.n=3000 $few --set time.end=0.025 --threads 1 --out part
+expect_status 0 mpirun -n 2 --oversubscribe tephra run --restart part --set time.end=0.05 --threads 1
+expect_status 0 tephra run "$scene" --set start.n=3000 $few --threads 1 --out all
+same all/snapshot_002.hdf5 part/snapshot_002.hdf5
 
 # Continued on other ranks: the same bits, and the same gain of steps of their own.
 expect_status 0 mpirun -n 2 --oversubscribe tephra run "$scene" $small --set time.end=0.1 --out half
