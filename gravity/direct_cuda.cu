@@ -35,7 +35,7 @@ struct direct_engine {
 
 /* One source on the `count` targets of a thread. */
 template <int count, bool paired, softening_form form, bool own>
-static __device__ __forceinline__ void direct_add(struct target *t, float4 lead, float4 trail, int index)
+DEVICE void direct_add(struct target *t, float4 lead, float4 trail, int index)
 {
 #pragma unroll
     for (int k = 0; k < count; k++) {
@@ -59,7 +59,7 @@ static __device__ __forceinline__ void direct_add(struct target *t, float4 lead,
 
 /* Sums of one tile, in float, added to the targets' sums in double. */
 template <int count, bool paired, softening_form form>
-static __device__ __forceinline__ void direct_tile(struct target *t, struct direct_sum *sum, const float4 *lead,
+DEVICE void direct_tile(struct target *t, struct direct_sum *sum, const float4 *lead,
                                                    const float4 *trail, int first)
 {
     bool own = false;

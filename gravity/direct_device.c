@@ -4,9 +4,7 @@
 #include "device.h"
 #include "direct_engine.h"
 #include "gravity.h"
-#include "log.h"
 #include "mem.h"
-#include "walk_engine.h"
 #include <math.h>
 
 /* Rows of all species, one after another. */
@@ -61,27 +59,6 @@ static void deliver(struct sim *sim, const struct gravity *g, enum gravity_outpu
     }
 }
 
-bool gravity_leave_device(struct sim *sim, struct gravity *g, const char *error)
-{
-    if (!device_full(sim->device) || sim->device_needed) {
-        sim_stop(sim, STATUS_ENVIRONMENT, "gravity: %s", error);
-        return false;
-    }
-    log_line("gravity: %s; the CPU goes on", error);
-    gravity_engines_free(g);
-    device_close(sim->device);
-    sim->device = NULL;
-    return true;
-}
-
-void gravity_engines_free(struct gravity *g)
-{
-    direct_engine_free(g->engine);
-    walk_engine_free(g->walk_engine);
-    g->engine = NULL;
-    g->walk_engine = NULL;
-}
-
 bool gravity_direct_device(struct sim *sim, struct gravity *g, enum gravity_output output)
 {
     int64_t n = 0, active = 0, first = 0;
@@ -108,5 +85,5 @@ bool gravity_direct_device(struct sim *sim, struct gravity *g, enum gravity_outp
     mem_free(pot);
     gathered_free(&sources);
     gathered_free(&targets);
-    return !error || !gravity_leave_device(sim, g, error);
+    return !error || !sim_leave_device(sim, "gravity", error);
 }

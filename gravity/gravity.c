@@ -4,6 +4,7 @@
 #include "gravity.h"
 #include "comm.h"
 #include "contact.h"
+#include "direct_engine.h"
 #include "energy.h"
 #include "log.h"
 #include "mem.h"
@@ -224,7 +225,8 @@ static void end(struct sim *sim, void *state)
 {
     (void)sim;
     struct gravity *g = state;
-    gravity_engines_free(g);
+    direct_engine_free(g->engine);
+    walk_engine_free(g->walk_engine);
     gravity_rows_free(g);
 }
 
@@ -249,7 +251,8 @@ static void compute(struct sim *sim, struct gravity *g, enum gravity_output outp
 {
     if (sim->tree.n_nodes == 0) return;
     if (g->opening.solver == SOLVER_DIRECT) gravity_direct(sim, g, output);
-    else if (g->opening.solver != SOLVER_TREE || !sim->device || !gravity_walk_device(sim, g, output)) gravity_walk(sim, g, output);
+    else if (g->opening.solver != SOLVER_TREE || !sim_device(sim) || !gravity_walk_device(sim, g, output))
+        gravity_walk(sim, g, output);
 }
 
 /* The first force of a run has no accelerations to measure its errors by: a walk by angles alone

@@ -112,9 +112,6 @@ void gravity_direct(struct sim *sim, struct gravity *g, enum gravity_output outp
 bool gravity_direct_device(struct sim *sim, struct gravity *g, enum gravity_output output);
 /* The same of solver tree. */
 bool gravity_walk_device(struct sim *sim, struct gravity *g, enum gravity_output output);
-/* After an error of the device: true if the CPU goes on without it, false if the run stops. */
-bool gravity_leave_device(struct sim *sim, struct gravity *g, const char *error);
-void gravity_engines_free(struct gravity *g);
 
 /* Acceleration and potential of listed rows of one species by direct sums in double: acc[4 i] is
  * ax, ay, az, potential of row list[i]. Of spread rows on all ranks together. */

@@ -1,30 +1,25 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * The grouped walk by CUDA: a warp for a group of target rows (Bedorf, Gaburov & Portegies Zwart 2012).
  *
- * A turn takes the children of up to four opened cells from the top of the warp's stack, one child a
- * lane, and judges them: a cell far away goes to a list, the rows of a leaf go to a tile, a cell to be
- * opened goes on the stack. Lists and tiles are in shared memory, in floats about the group's centre
- * (the double difference is taken once an entry); full ones act on the targets at once. Sums over a
+ * A turn (warp.cuh) judges up to 32 cells: one far away goes to a list, the rows of a leaf go to a tile, a
+ * cell to be opened goes on the stack. Lists and tiles are in shared memory, in floats about the group's
+ * centre (the double difference is taken once an entry); full ones act on the targets at once. Sums over a
  * list or tile are floats, those over all of them doubles.
- *
- * The stack holds its entries in the order of their levels, deeper ones on top, and at most 32 of a
- * level: a turn that puts entries of level l + 1 on it has taken what was left of l + 1. So 32 times
- * the levels of the keys is room enough for every tree.
  *
  * Lanes carry one or two targets. Where a group has 16 or fewer, several lanes share one: each takes
  * every second, fourth ... source, and the parts are added at the end in one order. */
 #include "device.cuh"
 #include "real_device.cuh"
+#include "warp.cuh"
 #include "cell.h"
 #include "judge.h"
 #include "pair.h"
 extern "C" {
-#include "key.h"
 #include "mem.h"
 #include "walk_engine.h"
 }
 
-enum { LANES = 32, WARPS_MAX = 4, STACK = LANES * (KEY_LEVELS + 1), TILE = 128, ROOM = TILE + LANES, FAR = 2 * LANES };
+enum { WARPS_MAX = 4, TILE = 128, ROOM = TILE + LANES, FAR = 2 * LANES };
 
 /* The sources on the device. */
 struct walk_field {
@@ -56,7 +51,7 @@ struct __align__(16) walk_memory {
     int32_t index[ROOM];    /* of the row, in the order of the keys */
     struct walk_cell cell[LANES];
     int32_t far[FAR];       /* cells that will act */
-    uint32_t stack[STACK];  /* of an opened cell: 8 times its first child, and the number of its children less one */
+    struct warp_stack stack;
 };
 
 /* A warp at work: the same in all lanes but for lane, slot and part. */
@@ -77,7 +72,7 @@ struct walk_sums { float x, y, z, depth; };
 struct walk_row { float x, y, z, soft; int32_t index; double sum[4]; };
 
 template <int count>
-static __device__ __forceinline__ void walk_promote(struct walk_row *t, const struct walk_sums *s, float area, float length)
+DEVICE void walk_promote(struct walk_row *t, const struct walk_sums *s, float area, float length)
 {
 #pragma unroll
     for (int k = 0; k < count; k++) {
@@ -90,7 +85,7 @@ static __device__ __forceinline__ void walk_promote(struct walk_row *t, const st
 
 /* One row of the tile on the targets of a lane. */
 template <softening_form form, int count, bool own>
-static __device__ __forceinline__ void walk_pair(struct walk_sums *s, const struct walk_row *t, const struct walk_warp *w, int j)
+DEVICE void walk_pair(struct walk_sums *s, const struct walk_row *t, const struct walk_warp *w, int j)
 {
     const float4 row = w->memory->row[j];
 #pragma unroll
@@ -106,7 +101,7 @@ static __device__ __forceinline__ void walk_pair(struct walk_sums *s, const stru
 
 /* The first n rows of the tile act. */
 template <softening_form form, int count>
-static __device__ __forceinline__ void walk_rows_act(struct walk_warp *w, struct walk_row *t, int n)
+DEVICE void walk_rows_act(struct walk_warp *w, struct walk_row *t, int n)
 {
     struct walk_sums s[count] = {};
     __syncwarp();
@@ -122,7 +117,7 @@ static __device__ __forceinline__ void walk_rows_act(struct walk_warp *w, struct
 }
 
 /* What is left of a tile that has acted moves to its front. */
-static __device__ __forceinline__ void walk_keep_rest(struct walk_warp *w)
+DEVICE void walk_keep_rest(struct walk_warp *w)
 {
     struct walk_memory *m = w->memory;
     w->rows -= TILE;
@@ -136,7 +131,7 @@ static __device__ __forceinline__ void walk_keep_rest(struct walk_warp *w)
 
 /* The rows of a leaf go to the tile, which acts when it is full. */
 template <softening_form form, int count>
-static __device__ __forceinline__ void walk_add_leaf(struct walk_warp *w, struct walk_row *t, const struct walk_field *f,
+DEVICE void walk_add_leaf(struct walk_warp *w, struct walk_row *t, const struct walk_field *f,
                                                      int32_t n)
 {
     struct walk_memory *m = w->memory;
@@ -164,7 +159,7 @@ static __device__ __forceinline__ void walk_add_leaf(struct walk_warp *w, struct
 
 /* The first n cells of the list act, 32 at most. */
 template <int count, bool quadrupole>
-static __device__ __forceinline__ void walk_cells_act(struct walk_warp *w, struct walk_row *t, const struct walk_field *f, int n)
+DEVICE void walk_cells_act(struct walk_warp *w, struct walk_row *t, const struct walk_field *f, int n)
 {
     struct walk_memory *m = w->memory;
     const float soft2 = (float)(f->far_soft2 * w->unit1 * w->unit1), length = w->length;
@@ -200,21 +195,7 @@ static __device__ __forceinline__ void walk_cells_act(struct walk_warp *w, struc
     __syncwarp();
 }
 
-/* A child of the cells on top of the stack, one a lane, or -1. */
-static __device__ __forceinline__ int32_t walk_next(struct walk_warp *w)
-{
-    int taken = min(w->depth, LANES / 8), entry = w->lane / 8, child = w->lane % 8;
-    int32_t cell = -1;
-    w->depth -= taken;
-    if (entry < taken) {
-        uint32_t opened = w->memory->stack[w->depth + entry];
-        if (child <= (int)(opened & 7)) cell = (int32_t)(opened >> 3) + child;
-    }
-    __syncwarp();
-    return cell;
-}
-
-static __device__ __forceinline__ bool walk_accepts(const struct walk_warp *w, const struct gravity_cell *cell)
+DEVICE bool walk_accepts(const struct walk_warp *w, const struct gravity_cell *cell)
 {
     const struct gravity_view *v = w->view;
     const float x = (float)((cell->pos[0] - w->centre[0]) * w->unit1), y = (float)((cell->pos[1] - w->centre[1]) * w->unit1),
@@ -222,25 +203,15 @@ static __device__ __forceinline__ bool walk_accepts(const struct walk_warp *w, c
     return judge_angle(cell->reach * (float)w->unit1, judge_box2(x, y, z, v->half), v->theta2, v->support, v->near2);
 }
 
-/* Where this lane's entry goes behind n others, if it has one; n becomes the number of all. */
-static __device__ __forceinline__ int walk_place(const struct walk_warp *w, bool mine, int *n)
-{
-    unsigned votes = __ballot_sync(~0u, mine);
-    int place = *n + __popc(votes & ((1u << w->lane) - 1));
-    *n += __popc(votes);
-    return place;
-}
-
 /* One turn: `cell` of each lane is judged. */
 template <softening_form form, bool quadrupole, int count>
-static __device__ __forceinline__ void walk_turn(struct walk_warp *w, struct walk_row *t, const struct walk_field *f, int32_t n)
+DEVICE void walk_turn(struct walk_warp *w, struct walk_row *t, const struct walk_field *f, int32_t n)
 {
     struct walk_memory *m = w->memory;
     const struct gravity_cell *cell = &f->cell[n < 0 ? 0 : n];
     bool far = n >= 0 && walk_accepts(w, cell), near = n >= 0 && !far && cell->n_children == 0, open = n >= 0 && !far && !near;
-    int place = walk_place(w, open, &w->depth);
-    if (open) m->stack[place] = (uint32_t)cell->child << 3 | (uint32_t)(cell->n_children - 1);
-    place = walk_place(w, far, &w->far);
+    warp_push(&m->stack, &w->depth, w->lane, open, cell->child, cell->n_children);
+    int place = warp_place(w->lane, far, &w->far);
     if (far) m->far[place] = n;
     if (w->far >= LANES) {
         walk_cells_act<count, quadrupole>(w, t, f, LANES);
@@ -254,12 +225,11 @@ static __device__ __forceinline__ void walk_turn(struct walk_warp *w, struct wal
 
 /* Up to 32 targets times `count`, from `from` on. */
 template <softening_form form, bool quadrupole, int count>
-static __device__ __forceinline__ void walk_targets(struct walk_warp *w, const struct walk_field *f,
+DEVICE void walk_targets(struct walk_warp *w, const struct walk_field *f,
                                                     const struct walk_wanted *wanted, int from, int n)
 {
     struct walk_row t[count];
-    w->parts = 1;
-    while (2 * n * w->parts <= LANES) w->parts *= 2;
+    w->parts = warp_parts(n);
     const int slots = LANES / w->parts;
     w->slot = w->lane % slots;
     w->part = w->lane / slots;
@@ -278,7 +248,7 @@ static __device__ __forceinline__ void walk_targets(struct walk_warp *w, const s
     w->depth = w->rows = w->far = 0;
     w->own = false;
     walk_turn<form, quadrupole, count>(w, t, f, w->lane == 0 ? 0 : -1);
-    while (w->depth > 0) walk_turn<form, quadrupole, count>(w, t, f, walk_next(w));
+    while (w->depth > 0) walk_turn<form, quadrupole, count>(w, t, f, warp_pop(&w->memory->stack, &w->depth, w->lane));
     if (w->far > 0) walk_cells_act<count, quadrupole>(w, t, f, w->far);
     if (w->rows > 0) walk_rows_act<form, count>(w, t, w->rows);
     for (int lanes = slots; lanes < LANES; lanes *= 2)

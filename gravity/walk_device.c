@@ -121,5 +121,5 @@ bool gravity_walk_device(struct sim *sim, struct gravity *g, enum gravity_output
     mem_free(field);
     wanted_free(&wanted);
     walk_close(&w);
-    return !error || !gravity_leave_device(sim, g, error);
+    return !error || !sim_leave_device(sim, "gravity", error);
 }

@@ -95,6 +95,7 @@ void sph_make_batches(struct sim *sim, struct sph *sph)
         clusters += (sph->batch[b].count + SPH_LANES - 1) / SPH_LANES;
     }
     sph->cluster = mem_resize("sph", sph->cluster, (size_t)clusters * sizeof *sph->cluster);
+    for (int32_t c = 0; c < clusters; c++) sph->cluster[c] = (struct sph_met){0, -1};
 }
 
 /* Runs of rows that follow each other. */
@@ -168,6 +169,7 @@ void sph_free_batches(struct sph *sph)
 {
     sph_drop_lists(sph);
     for (int t = 0; t < sph->n_work; t++) mem_free(sph->work[t]);
+    sph_engine_free(sph->engine);
     mem_free(sph->work);
     mem_free(sph->group);
 }

@@ -10,9 +10,6 @@
 
 enum { SPH_LANES = 8, SPH_TILE = 4096, SPH_BLOCK = 16, SPH_BLOCKS = SPH_TILE / SPH_BLOCK };
 
-/* A squared distance that no row has; infinity is not to be had under -ffast-math. */
-#define SPH_FAR 3e38f
-
 /* Rows of a cluster; unused lanes repeat the last row. */
 struct sph_lanes {
     float x[SPH_LANES], y[SPH_LANES], z[SPH_LANES], half_h[SPH_LANES];
@@ -36,9 +33,6 @@ struct sph_tile {
 };
 
 struct sph_box { float centre[3], half[3]; };
-
-/* Rows i and j meet within own h_i + max(least h_i, other h_j): the sum of both, or the larger of 2h_i and 2h_j. */
-struct sph_meet { float own, least, other; };
 
 struct sph_density_sums { float rho[SPH_LANES], div[SPH_LANES], curl[3][SPH_LANES], swell[SPH_LANES]; };
 struct sph_force_sums { float acc[3][SPH_LANES], du[SPH_LANES], signal[SPH_LANES]; };

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * The vectorised loops of SPH: the lanes are rows of one cluster, the loop runs over tile entries,
- * so that nothing is gathered and no sum is taken across lanes. Formulas: pair.h. The search for the
- * smoothing length brackets the distance of the n-th neighbour by values that occur, so that it ends
- * whatever the distances are. Compiled with -ffast-math: nothing here tests for NaN. */
+ * so that nothing is gathered and no sum is taken across lanes. Formulas: pair.h, search.h. Compiled with
+ * -ffast-math: nothing here tests for NaN. */
 #include "lanes.h"
+#include "search.h"
 #include <math.h>
 #include <string.h>
 
@@ -271,45 +271,30 @@ static void split(const struct sph_tile *restrict tile, int n, const float at[re
     for (int s = 0; s < SPANS; s++) split_span(tile, n, at, out, SPAN * s);
 }
 
-/* Where to look next between low (not enough) and high (enough, or the limit): where Newton's step
- * leads, or the middle, which is taken every third time so that the bracket shrinks in any case. */
-static float next_try(float newton, float low, float high, int round)
-{
-    float middle = low + 0.5f * (high - low);
-    if (newton > low && newton < high && round % 3 > 0) return newton;
-    return middle > low ? middle : high;
-}
-
 static void search_exact(const struct sph_lanes *i, struct sph_tile *tile, int n, struct sph_search *search)
 {
-    float nearest[SPH_LANES], low[SPH_LANES], high[SPH_LANES], t[SPH_LANES], target = search->target;
-    bool open[SPH_LANES];
+    float nearest[SPH_LANES], at[SPH_LANES];
+    struct sph_bracket bracket[SPH_LANES];
     n = measure(i, tile, n, search->limit, nearest);
     for (int l = 0; l < SPH_LANES; l++) {
-        low[l] = 0.0f;
-        high[l] = search->limit[l];
-        t[l] = smaller(search->guess[l], high[l]);
-        open[l] = true;
+        bracket[l] = sph_exact_begin(search->guess[l], search->limit[l]);
+        at[l] = bracket[l].at;
     }
     for (int round = 1, left = SPH_LANES; left > 0; round++) {
         struct split s;
-        split(tile, n, t, &s);
+        split(tile, n, at, &s);
         left = 0;
         for (int l = 0; l < SPH_LANES; l++) {
-            if (!open[l]) continue;
-            bool enough = s.count[l] >= target, last = s.count[l] == (enough ? target : target - 1.0f);
-            if (enough) high[l] = s.below[l];
-            else low[l] = s.above[l];
-            open[l] = !last && low[l] < high[l];
-            left += open[l];
-            if (open[l])
-                t[l] = next_try(t[l] + t[l] * (target - 0.5f - s.count[l]) / (1.5f * larger(s.count[l], 1.0f)),
-                                low[l], high[l], round);
-            else
-                search->guess[l] = larger(nearest[l], enough ? high[l] : low[l]);
+            if (!bracket[l].open) continue;
+            sph_exact_turn(&bracket[l], (struct sph_split){s.count[l], s.below[l], s.above[l]}, search->target, nearest[l], round);
+            at[l] = bracket[l].at;
+            left += bracket[l].open;
         }
     }
-    for (int l = 0; l < SPH_LANES; l++) search->found[l] = search->guess[l] < search->limit[l];
+    for (int l = 0; l < SPH_LANES; l++) {
+        search->guess[l] = bracket[l].radius2;
+        search->found[l] = search->guess[l] < search->limit[l];
+    }
 }
 
 /* Sum over the entries of m_j w pi, and h times its derivative. */
@@ -333,36 +318,28 @@ HD void weigh(const struct sph_tile *restrict tile, int n, const float h[restric
 HD void smooth_rows(const struct sph_lanes *i, struct sph_tile *tile, int n, struct sph_search *search,
                     enum sph_kernel kind)
 {
-    const float enough = 1e-6f; /* relative: the rounding of the sum */
-    float nearest[SPH_LANES], low[SPH_LANES], high[SPH_LANES], h[SPH_LANES];
-    bool open[SPH_LANES];
+    float nearest[SPH_LANES], h[SPH_LANES];
+    struct sph_bracket bracket[SPH_LANES];
     n = measure(i, tile, n, search->limit, nearest);
     for (int l = 0; l < SPH_LANES; l++) {
-        low[l] = 0.0f;
-        high[l] = 0.5f * sqrtf(search->limit[l]);
-        h[l] = smaller(0.5f * sqrtf(search->guess[l]), high[l]);
-        open[l] = true;
-        search->found[l] = false;
+        bracket[l] = sph_smooth_begin(search->guess[l], search->limit[l]);
+        h[l] = bracket[l].at;
     }
     for (int round = 1, left = SPH_LANES; left > 0; round++) {
         struct weight s;
         weigh(tile, n, h, &s, kind);
         left = 0;
         for (int l = 0; l < SPH_LANES; l++) {
-            if (!open[l]) continue;
-            float excess = s.sum[l] - search->target * i->mass[l];
-            bool beyond = excess < 0.0f && h[l] >= high[l];
-            if (excess < 0.0f) low[l] = h[l];
-            else high[l] = h[l];
-            search->found[l] |= excess >= 0.0f;
-            open[l] = !beyond && fabsf(excess) > enough * s.sum[l] && high[l] - low[l] > enough * high[l];
-            left += open[l];
-            search->guess[l] = beyond ? SPH_FAR : larger(nearest[l], 4.0f * h[l] * h[l]);
-            float newton = h[l] - h[l] * excess / larger(s.slope[l], 1e-30f);
-            h[l] = newton >= high[l] && !search->found[l] ? high[l] : next_try(newton, low[l], high[l], round);
+            if (!bracket[l].open) continue;
+            sph_smooth_turn(&bracket[l], s.sum[l], s.slope[l], search->target * i->mass[l], nearest[l], round);
+            h[l] = bracket[l].at;
+            left += bracket[l].open;
         }
     }
-    for (int l = 0; l < SPH_LANES; l++) search->found[l] = search->guess[l] < search->limit[l];
+    for (int l = 0; l < SPH_LANES; l++) {
+        search->guess[l] = bracket[l].radius2;
+        search->found[l] = search->guess[l] < search->limit[l];
+    }
 }
 
 #define SMOOTH(name, kind) \

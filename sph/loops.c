@@ -99,8 +99,7 @@ static void force_chunk(const struct visit *v, void *all)
 {
     struct sph_force_sums *sums = all;
     const struct sph *sph = v->sph;
-    const struct sph_viscosity visc = {(float)sph->alpha, (float)sph->beta, (float)sph->epsilon, sph->equation == SPH_ENERGY,
-                                       (float)(4 * sph->conduction / (sph->gamma * (sph->gamma - 1)))};
+    const struct sph_viscosity visc = sph_viscosity_of(sph);
     sph_force_loop *force = sph->loops->force[sph->kernel][sph->grad_h][sph->viscosity][sph->conduction > 0];
     const bool kept = sph->cluster[v->batch->cluster + (v->rows.n - 1) / SPH_LANES].n >= 0;
     sph_stage_state(v->work, v->sim, sph);
@@ -142,10 +141,11 @@ void sph_density(struct sim *sim, void *state)
     struct sph *sph = state;
     sph->met_used = 0;
     sph_fit_h_max(sim);
-    sph_for_batches(sim, sph, density_batch);
+    if (!sph_uses_device(sim) || !sph_device_density(sim, sph)) sph_for_batches(sim, sph, density_batch);
 }
 
 void sph_force(struct sim *sim, void *state)
 {
-    sph_for_batches(sim, state, force_batch);
+    struct sph *sph = state;
+    if (!sph_uses_device(sim) || !sph_device_force(sim, sph)) sph_for_batches(sim, sph, force_batch);
 }

@@ -17,6 +17,9 @@ struct sph_place { float x, y, z, half_h, vx, vy, vz, mass; };
  * viscosity (Balsara's, and its strength where that changes). */
 struct sph_state { float p, rho, half_c, balsara; };
 
+/* Rows i and j meet within own h_i + max(least h_i, other h_j): the sum of both, or the larger of 2h_i and 2h_j. */
+struct sph_meet { float own, least, other; };
+
 /* Monaghan's alpha and beta, epsilon that keeps the denominator of mu from 0; work: 1, or 0 where u is
  * to change by viscosity alone (the entropy equation); conduct: 4 alpha_u/(gamma (gamma - 1)), which makes alpha_u u of
  * the square of half a sound speed. */

@@ -10,6 +10,7 @@
  * none at all keeps its h (or takes h_min, or 1). */
 #include "comm.h"
 #include "log.h"
+#include "mem.h"
 #include "sph.h"
 #include <math.h>
 #include <omp.h>
@@ -100,6 +101,12 @@ static bool look_closer(const struct seeker *s, struct wish *w)
     return false;
 }
 
+/* Whether `target` rows are to be found; else the sum of their kernels. */
+static bool counts_rows(const struct seeker *s)
+{ return s->sph->count == SPH_EXACT || s->target <= (float)s->sph->neighbours; }
+
+static float wanted_sum(const struct sph *sph) { return (float)sph->neighbours * 3.0f / 32.0f + sph->excess * SPH_PI; }
+
 /* Searches for up to SPH_LANES rows; those that must look on are moved to kept[]. Returns how many. */
 static int search_cluster(const struct seeker *s, const struct wish *wish, int n, struct wish *kept)
 {
@@ -119,10 +126,10 @@ static int search_cluster(const struct seeker *s, const struct wish *wish, int n
     }
     struct sph_box box = sph_lanes_fill(&lanes, s->work, s->sim, (struct sph_region){row, n});
     int entries = sph->loops->filter(&s->work->tile, box, reach, 0);
-    if (sph->count == SPH_EXACT || s->target <= (float)sph->neighbours) {
+    if (counts_rows(s)) {
         sph->loops->search_exact(&lanes, &s->work->tile, entries, &search);
     } else {
-        search.target = (float)sph->neighbours * 3.0f / 32.0f + sph->excess * SPH_PI;
+        search.target = wanted_sum(sph);
         sph->loops->search_smooth[sph->kernel](&lanes, &s->work->tile, entries, &search);
     }
     for (int l = 0; l < n; l++) {
@@ -194,6 +201,13 @@ static bool search_rows(const struct seeker *s, struct wish *wish, int n, bool f
     return true;
 }
 
+/* Where a row looks first. */
+static float begin_reach(const struct seeker *s, int32_t i)
+{
+    if (!(s->sim->species[GAS].h[i] > 0)) return guess_reach(s);
+    return 2 * first_reach * fmaxf(sph_h_expected(s->sim, i, 0), (float)s->sph->h_min);
+}
+
 /* Where it has to wait, it begins anew: with the h that it began with. */
 static bool search_batch(struct sim *sim, struct sph *sph, struct sph_batch *batch)
 {
@@ -206,15 +220,35 @@ static bool search_batch(struct sim *sim, struct sph *sph, struct sph_batch *bat
         before[r] = gas->h[gas->active[batch->first + r]];
         int32_t i = gas->active[s->batch->first + r];
         float h = fmaxf(sph_h_expected(s->sim, i, 0), (float)s->sph->h_min);
-        wish[r] = (struct wish){i, 2 * first_reach * h, 0, INFINITY};
+        wish[r] = (struct wish){i, begin_reach(s, i), 0, INFINITY};
         if (h > first_reach * sph_h_expected(s->sim, i, 0)) give_up_lists(s->sph);
-        if (gas->h[i] > 0) continue;
-        wish[r].reach = guess_reach(s);
-        give_up_lists(s->sph);
+        if (!(gas->h[i] > 0)) give_up_lists(s->sph);
     }
     if (search_rows(s, wish, s->batch->count, true)) return true;
     for (int r = 0; r < batch->count; r++) gas->h[gas->active[batch->first + r]] = before[r];
     return false;
+}
+
+/* The search on the device; false if the CPU must do it. */
+static bool search_on_device(struct sim *sim, struct sph *sph)
+{
+    const struct species *gas = &sim->species[GAS];
+    struct seeker s = {sim, sph, NULL, NULL, target_of(sph, gas), 4 * (float)sim->tree.side};
+    float *reach = mem_array("sph", float, gas->n_active), *radius2 = mem_array("sph", float, gas->n_active);
+    for (int32_t b = 0; b < sph->n_batches; b++) {
+        s.batch = &sph->batch[b];
+        for (int32_t a = s.batch->first; a < s.batch->first + s.batch->count; a++) reach[a] = begin_reach(&s, gas->active[a]);
+    }
+    const bool exact = counts_rows(&s);
+    const struct sph_quest quest = {!exact, exact ? s.target : wanted_sum(sph), s.most, first_reach, reach};
+    const bool done = sph_device_search(sim, sph, &quest, radius2);
+    for (int64_t a = 0; done && a < gas->n_active; a++) {
+        if (radius2[a] < SPH_FAR) set_h(&s, gas->active[a], radius2[a]);
+        else keep_h(&s, gas->active[a]);
+    }
+    mem_free(reach);
+    mem_free(radius2);
+    return done;
 }
 
 /* Marks do not reach other ranks. */
@@ -247,7 +281,7 @@ void sph_smooth(struct sim *sim, void *state)
     sph_make_batches(sim, sph);
     if (sph->grouped == sim->time.tick) sph_fit_h_max(sim);
     sph->unforeseen = target_of(sph, gas) < (float)(sph->neighbours + 1);
-    sph_for_batches(sim, sph, search_batch);
+    if (!sph_uses_device(sim) || !search_on_device(sim, sph)) sph_for_batches(sim, sph, search_batch);
     share_surprise(sph, retries);
     tell_floor(sim, sph);
 }

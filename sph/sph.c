@@ -190,6 +190,8 @@ static void temperature(const struct sim *sim, const void *state, float *kelvin)
 static void begin(struct sim *sim, void *state)
 {
     check_units(sim, state);
+    if (sph_uses_device(sim)) sim->whole = "SPH on a device";
+    else if (sim->device) log_line("sph: the CPU's in a closed box");
 }
 
 static void give_room(struct sim *sim, void *state)

@@ -11,7 +11,9 @@
  * neighbours would find, but they see it only at their own next step. */
 #ifndef TEPHRA_SPH_H
 #define TEPHRA_SPH_H
+#include "engine.h"
 #include "lanes.h"
+#include "search.h"
 #include "sim.h"
 #include <math.h>
 
@@ -67,6 +69,7 @@ struct sph {
     struct sph_met *cluster;        /* found by DENSITY, serves FORCE too */
     uint16_t *met;
     int64_t met_size, met_used;
+    struct sph_engine *engine;      /* on a device; made at the first search */
     bool unforeseen;                /* an h of this step is larger than any list allows for */
     int64_t retries;                /* rows whose search for h had to look further, since the start */
 };
@@ -103,6 +106,10 @@ float sph_largest_h(const struct sim *sim, struct sph_region rows);
 void sph_centre(struct sph_work *work, const struct sim *sim, int32_t node, struct sph_region region);
 /* A row as it is now, about the work's centre. */
 struct sph_place sph_place_row(const struct sph_work *work, const struct sim *sim, int32_t i);
+/* About any place and velocity. */
+struct sph_place sph_place_about(const double origin[3], const double vel[3], const struct sim *sim, int32_t i);
+/* What the force needs of a row now. */
+struct sph_state sph_state_row(const struct sim *sim, const struct sph *sph, int32_t i);
 /* The rungs of some rows' steps. */
 struct sph_rungs { const uint8_t *of; int low, high; };
 /* Which rows are staged: those within `rows` + max(least, factor times their h) of the region's box.
@@ -140,6 +147,19 @@ void sph_lanes_state(struct sph_lanes *lanes, const struct sim *sim, const struc
 
 /* density.c: what the sums say of a row: density, derivatives of the velocity, strength of the viscosity. */
 void sph_finish_density(const struct sim *sim, const struct sph *sph, int32_t i, const struct sph_density *sum);
+
+static inline struct sph_viscosity sph_viscosity_of(const struct sph *sph)
+{
+    return (struct sph_viscosity){(float)sph->alpha, (float)sph->beta, (float)sph->epsilon, sph->equation == SPH_ENERGY,
+                                  (float)(4 * sph->conduction / (sph->gamma * (sph->gamma - 1)))};
+}
+
+/* device.c: the hooks on a device, which knows open space alone. False if the CPU must do it instead. */
+static inline bool sph_uses_device(const struct sim *sim) { return sim_device(sim) && !box_closed(&sim->box); }
+/* radius2: one an active row; SPH_FAR where nothing was found. */
+bool sph_device_search(struct sim *sim, struct sph *sph, const struct sph_quest *quest, float *radius2);
+bool sph_device_density(struct sim *sim, struct sph *sph);
+bool sph_device_force(struct sim *sim, struct sph *sph);
 
 /* The hooks. */
 void sph_smooth(struct sim *sim, void *state);      /* smooth.c: H */

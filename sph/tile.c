@@ -48,22 +48,32 @@ static inline double row_lag(const struct sim *sim, int32_t i)
     return timeline_lag(&sim->time, sim->species[GAS].rung[i], sim->species[GAS].rung0[i]);
 }
 
-static inline void row_position(const struct sph_work *work, const struct sim *sim, int32_t i, double t, float x[3])
+static inline void row_position(const double origin[3], const struct sim *sim, int32_t i, double t, float x[3])
 {
     const struct species *gas = &sim->species[GAS];
     for_axes(k)
-        x[k] = (float)(integrate_position(gas->pos[i][k], gas->vel[i][k], (double)gas->acc[i][k], t) - work->origin[k]);
+        x[k] = (float)(integrate_position(gas->pos[i][k], gas->vel[i][k], (double)gas->acc[i][k], t) - origin[k]);
 }
 
-static inline struct sph_place place_row(const struct sph_work *work, const struct sim *sim, int32_t i)
+static inline struct sph_place place_about(const double origin[3], const double vel[3], const struct sim *sim, int32_t i)
 {
     const struct species *gas = &sim->species[GAS];
     double t = row_lag(sim, i);
     float x[3], v[3];
-    row_position(work, sim, i, t, x);
+    row_position(origin, sim, i, t, x);
     for_axes(k)
-        v[k] = (float)(integrate_velocity(gas->vel[i][k], (double)gas->acc[i][k], t) - work->vel[k]);
+        v[k] = (float)(integrate_velocity(gas->vel[i][k], (double)gas->acc[i][k], t) - vel[k]);
     return (struct sph_place){x[0], x[1], x[2], 0.5f * sph_h_at(sim, i, (float)t), v[0], v[1], v[2], (float)gas->mass[i]};
+}
+
+static inline struct sph_place place_row(const struct sph_work *work, const struct sim *sim, int32_t i)
+{
+    return place_about(work->origin, work->vel, sim, i);
+}
+
+struct sph_place sph_place_about(const double origin[3], const double vel[3], const struct sim *sim, int32_t i)
+{
+    return place_about(origin, vel, sim, i);
 }
 
 struct sph_place sph_place_row(const struct sph_work *work, const struct sim *sim, int32_t i)
@@ -87,6 +97,8 @@ static inline struct sph_state state_row(const struct sim *sim, const struct sph
     if (sph->grad_h) p /= gas->omega[i];
     return (struct sph_state){p, rho, 0.5f * sph_sound_speed(sph, u, rho), gas->balsara ? gas->balsara[i] : 1.0f};
 }
+
+struct sph_state sph_state_row(const struct sim *sim, const struct sph *sph, int32_t i) { return state_row(sim, sph, i); }
 
 /* The larger of x and 0, without a call (fmax must see NaN) and without a branch that nobody foresees. */
 static inline double positive(double x) { return 0.5 * (x + fabs(x)); }
@@ -160,7 +172,7 @@ static void take_positions(struct sph_work *work, const struct sim *sim, const s
         }
         float x[3];
         double t = row_lag(sim, i);
-        row_position(work, sim, i, t, x);
+        row_position(work->origin, sim, i, t, x);
         float r = reach_of(&reach, reach.factor > 0 ? sph_h_expected(sim, i, (float)t) : 0);
         tile->x[n] = x[0];
         tile->y[n] = x[1];

@@ -5,6 +5,9 @@
 #define TEPHRA_LAUNCH_CUH
 #include <cuda_runtime.h>
 
+/* A function of kernels: inlined, so that nothing of a warp lies in memory that it need not. */
+#define DEVICE static __device__ __forceinline__
+
 template <typename... Parameters, typename... Arguments>
 static void launch(void (*kernel)(Parameters...), dim3 grid, dim3 block, cudaStream_t stream, Arguments... arguments)
 {

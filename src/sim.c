@@ -212,6 +212,17 @@ double sim_real(const struct sim *sim, const char *name, double fallback)
     return fallback;
 }
 
+bool sim_leave_device(struct sim *sim, const char *module, const char *error)
+{
+    if (!device_full(sim->device) || sim->device_needed) {
+        sim_stop(sim, STATUS_ENVIRONMENT, "%s: %s", module, error);
+        return false;
+    }
+    log_line("%s: %s; the CPU goes on", module, error);
+    sim->device_left = true;
+    return true;
+}
+
 void sim_stop(struct sim *sim, enum status status, const char *format, ...)
 {
     if (sim->failure.set) return;

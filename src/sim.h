@@ -40,6 +40,7 @@ struct sim {
     struct profile *profile;
     struct device *device;  /* NULL: the CPU */
     bool device_needed;     /* --device cuda: the CPU is no way out */
+    bool device_left;       /* something did not fit there: the CPU goes on */
     struct failure failure;
     uint64_t seed;
     char *folder;           /* the run directory; NULL where nothing is written */
@@ -90,6 +91,11 @@ void *sim_state(const struct sim *sim, const char *module);
 double sim_real(const struct sim *sim, const char *name, double fallback);
 /* Records that a number failed: "energy of gas particle 42 is NaN (rho ..., h ..., u ...)". */
 void sim_fail(struct sim *sim, const struct species *table, int64_t row, const char *what);
+/* The device that modules may use, or NULL. */
+static inline struct device *sim_device(const struct sim *sim) { return sim->device_left ? NULL : sim->device; }
+/* After an error of the device that struck a module: true if the CPU goes on without it (--device auto, lack of
+ * memory), which is logged; else the run stops. */
+bool sim_leave_device(struct sim *sim, const char *module, const char *error);
 /* Records any other failure of a run, unless one is recorded. Not from a parallel region. */
 void sim_stop(struct sim *sim, enum status status, const char *format, ...) __attribute__((format(printf, 3, 4)));
 /* Position of a row now, predicted if its step goes on: what a walk stages (any thread). */

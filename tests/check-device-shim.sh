@@ -18,7 +18,7 @@ for run in cpu device; do
     awk -F, 'NR == 1 { for (i = 1; i <= NF; i++) if ($i ~ /^total/) c = i } END { printf "%.5f\n", $c }' $run/energy.csv
 done | uniq | wc -l | grep -qx 1 || fail "energies on the device and on the CPU differ"
 
-# The tree likewise: groups, lists, block steps.
+# The tree and the gas likewise: groups, lists, block steps.
 tree="--set start.n=1500 --set gravity.solver=tree --set time.end=0.02 --set output.snapshot_every=0.02 --set output.picture_every=0.02"
 for run in cpu cuda; do
     expect_status 0 "$program" run "$scene" $tree --device $run --set gravity.group_size=64 --out tree-$run
@@ -28,10 +28,10 @@ done | uniq | wc -l | grep -qx 1 || fail "energies with the tree on the device a
 # Too small a device: auto goes on on the CPU, bit for bit what it gives from the start; cuda ends with 5.
 export SHIM_BYTES=1000
 expect_status 0 "$program" run "$scene" $small --device auto --out small
-expect_text 'gravity: .* GB are free; the CPU goes on' err
+expect_text 'sph: gas needs .* GB are free; the CPU goes on' err
 cmp cpu/energy.csv small/energy.csv || fail "the CPU after a full device is not the CPU"
 expect_status 5 "$program" run "$scene" $small --device cuda --out small2
-expect_text 'error: gravity: .* needs' err
+expect_text 'error: sph: gas needs' err
 expect_status 5 "$program" run --restart cpu --set time.end=0.15 --device cuda
 expect_text 'the last checkpoint, of t = 0.1, is whole: tephra run --restart cpu' err
 unset SHIM_BYTES

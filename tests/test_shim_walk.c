@@ -180,8 +180,7 @@ static void test_full(void **state)
     setenv("SHIM_BYTES", "20000", 1);
     struct sim *sim = make(1000, crowded, SAME "solver=tree softening=0.01", device_open(DEVICE_AUTO));
     force(sim, 0);
-    assert_null(sim->device);
-    assert_null(gravity_of(sim)->walk_engine);
+    assert_null(sim_device(sim));
     sim_free(sim);
     sim = make(1000, crowded, SAME "solver=tree softening=0.01", device_open(DEVICE_CUDA));
     sim->device_needed = true;
