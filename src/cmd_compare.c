@@ -2,6 +2,7 @@
  * `tephra compare`: the data sets of two files, row by row of equal id. Ends with 0 if they are
  * equal (to the last bit, or within --tolerance of the data set's largest number), else with 3. */
 #include "cmd.h"
+#include "formats.h"
 #include "h5.h"
 #include "mem.h"
 #include "module.h"
@@ -24,7 +25,7 @@ struct result { bool differs, inexact; double tolerance; };
 
 static void open_side(struct side *side, const char *path)
 {
-    *side = (struct side){.file = h5_open(path), .path = path};
+    *side = (struct side){.file = formats_open(path), .path = path};
     if (h5_error(side->file)) fail(STATUS_INPUT, "%s %s", path, h5_error(side->file));
     side->table = mem_array("files", struct table, TABLES_MOST);
     side->n = tables_find(side->file, side->table);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * `tephra info`: what a snapshot, a checkpoint or another code's file holds. */
 #include "cmd.h"
+#include "formats.h"
 #include "h5.h"
 #include "layout.h"
 #include "mem.h"
@@ -161,7 +162,7 @@ static int info_run(int argc, char **argv)
     cmd_parse(&options, argc, argv, "", usage);
     if (options.n_arguments != 1) fail(STATUS_INPUT, "usage: tephra %s", usage);
     const char *path = options.argument[0];
-    struct h5 *file = h5_open(path);
+    struct h5 *file = formats_open(path);
     if (h5_error(file)) fail(STATUS_INPUT, "%s %s", path, h5_error(file));
     struct table *tables = mem_array("files", struct table, TABLES_MOST);
     struct totals totals = {.has_potential = true};

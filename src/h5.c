@@ -44,7 +44,7 @@ static _Noreturn void h5_stop(const struct h5 *file, const char *why)
     char reason[300] = "";
     if (why) snprintf(reason, sizeof reason, "%s", why);
     else H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, innermost, reason);
-    unlink(file->temporary);
+    if (file->temporary) unlink(file->temporary);
     fail(STATUS_ENVIRONMENT, "cannot write %s: %s", file->path, *reason ? reason : "HDF5 failed");
 }
 
@@ -55,8 +55,7 @@ static hid_t must(const struct h5 *file, hid_t result)
     return result;
 }
 
-static bool h5_refuse(struct h5 *file, const char *format, ...) __attribute__((format(printf, 2, 3)));
-static bool h5_refuse(struct h5 *file, const char *format, ...)
+bool h5_refuse(struct h5 *file, const char *format, ...)
 {
     va_list arguments;
     va_start(arguments, format);
@@ -100,6 +99,17 @@ struct h5 *h5_create(const char *path)
     hid_t access = h5_access();
     file->id = H5Fcreate(file->temporary, H5F_ACC_TRUNC, H5P_DEFAULT, access);
     must(file, file->id);
+    H5Pclose(access);
+    return file;
+}
+
+struct h5 *h5_scratch(const char *path)
+{
+    enum { GROWTH = 1 << 24 };      /* bytes by which it grows */
+    struct h5 *file = h5_new(path, false);
+    hid_t access = H5Pcreate(H5P_FILE_ACCESS);
+    H5Pset_fapl_core(access, GROWTH, false);
+    file->id = must(file, H5Fcreate(path, H5F_ACC_TRUNC, H5P_DEFAULT, access));
     H5Pclose(access);
     return file;
 }

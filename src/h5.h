@@ -16,6 +16,10 @@ struct h5 *h5_create(const char *path);
 /* gzip level (with byte shuffle) of the data sets written from here on; 0, the default, is none. */
 void h5_compress(struct h5 *file, int level);
 struct h5 *h5_open(const char *path);   /* never NULL: ask h5_error */
+/* An empty file in memory alone, to be filled and read under the name of another, whose layout is translated. */
+struct h5 *h5_scratch(const char *path);
+/* From now on it could not be read, for this reason; false. */
+bool h5_refuse(struct h5 *file, const char *format, ...) __attribute__((format(printf, 2, 3)));
 /* Why the file could not be opened or read, as the end of a sentence; NULL if all is well. */
 const char *h5_error(const struct h5 *file);
 void h5_close(struct h5 *file);         /* of a created file: flush, fsync, rename */

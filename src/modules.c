@@ -14,7 +14,7 @@
     X(ssp) X(tube) X(uniform) X(wave)
 
 #define COMMANDS(X) \
-    X(run) X(check) X(ics) X(force_test) X(info) X(compare) X(params) X(chart)
+    X(run) X(check) X(ics) X(force_test) X(info) X(compare) X(convert) X(params) X(chart)
 
 #define CHARTS(X) X(cooling) X(gravity) X(group) X(hermite) X(sph) X(step) X(supernova) X(time)
 

@@ -11,7 +11,7 @@
 const struct param start_params[] = {
     {"generator", PARAM_TEXT, "", "none", 0, 0, NULL, "initial conditions made by the program: see `tephra ics`",
      false, offsetof(struct start, generator)},
-    {"file", PARAM_PATH, "", "none", 0, 0, NULL, "initial conditions read from a file (HDF5 snapshot)",
+    {"file", PARAM_PATH, "", "none", 0, 0, NULL, "initial conditions read from a file: HDF5, GADGET-2 binary or text",
      false, offsetof(struct start, file)},
     {"n", PARAM_COUNT, "", "none", 1, 1e12, NULL, "total number of particles that the generator makes, exactly",
      false, offsetof(struct start, n)},

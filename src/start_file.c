@@ -2,6 +2,7 @@
  * Reads initial conditions (start_file.h). Tolerant of names and precisions, strict about numbers:
  * a NaN, a negative mass or an id used twice is refused with the particle's id. */
 #include "start_file.h"
+#include "formats.h"
 #include "h5.h"
 #include "layout.h"
 #include "log.h"
@@ -189,6 +190,12 @@ static void note_unused(const char *name, void *context)
     log_line("%s: PartType%d/%s is not used", g->reader->path, g->type, name);
 }
 
+/* Columns that a start can give. */
+static bool is_read(int column)
+{
+    return *column_table[column].file_name && column_table[column].lifetime == KEEP && column != COLUMN_acc;
+}
+
 static void read_column(const struct group *g, enum column column)
 {
     const struct column_info *info = &column_table[column];
@@ -260,8 +267,7 @@ static void read_group(struct reader *r, int type)
     species_reserve(g.table, g.first + g.n);
     g.table->n = g.table->n_own = g.first + g.n;
     for (int c = 0; c < N_COLUMNS; c++)
-        if (*column_table[c].file_name && column_table[c].lifetime == KEEP && c != COLUMN_acc
-            && species_has(g.table, c)) read_column(&g, c);
+        if (is_read(c) && species_has(g.table, c)) read_column(&g, c);
     fill_missing(&g);
     snprintf(path, sizeof path, "PartType%d", type);
     h5_list(r->file, path, note_unused, &g);
@@ -276,6 +282,22 @@ static void number_rows(struct reader *r)
         for (int64_t i = 0; i < table->n; i++) last = table->id[i] > last ? table->id[i] : last;
     for (int t = 0; t < LAYOUT_TYPES; t++)
         for (int64_t i = 0; i < r->unnumbered[t].n; i++) r->unnumbered[t].table->id[r->unnumbered[t].first + i] = ++last;
+}
+
+void start_file_need_all(struct sim *sim, const char *path)
+{
+    struct reader reader = {.sim = sim, .path = path, .file = formats_open(path)};
+    for (int t = 0; t < LAYOUT_TYPES && !h5_error(reader.file); t++) {
+        char text[100];
+        struct group g = {.reader = &reader, .type = t};
+        snprintf(text, sizeof text, "PartType%d", t);
+        if (!h5_exists(reader.file, text)) continue;
+        g.table = &sim->species[group_species(reader.file, text, t)];
+        for (int c = 0; c < N_COLUMNS; c++)
+            if (is_read(c) && find(&g, column_table[c].file_name, text)) species_need(g.table, (enum column)c);
+        if (t == LAYOUT_HOLES) species_need(g.table, COLUMN_hole);
+    }
+    h5_close(reader.file);
 }
 
 /* --- numbers --- */
@@ -355,7 +377,7 @@ static void check_rows(struct reader *r)
 
 void start_file_read(struct sim *sim, const char *path)
 {
-    struct reader reader = {.sim = sim, .path = path, .file = h5_open(path), .unit = layout_unit(false)};
+    struct reader reader = {.sim = sim, .path = path, .file = formats_open(path), .unit = layout_unit(false)};
     int64_t rows = 0;
     int problems = sim->problems.count;
     if (!h5_error(reader.file)) read_header(&reader);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * Initial conditions from a snapshot: tephra's own, GADGET's, AREPO's or SWIFT's HDF5 files. */
+ * Initial conditions from a file: tephra's own, GADGET's, AREPO's or SWIFT's HDF5 files, and what formats.h knows. */
 #ifndef TEPHRA_START_FILE_H
 #define TEPHRA_START_FILE_H
 #include "sim.h"
@@ -11,4 +11,6 @@
  * scene takes them as they are. time.start becomes the file's time. What is wrong with the file goes
  * to sim->problems. */
 void start_file_read(struct sim *sim, const char *path);
+/* Asks for the columns that the file has. */
+void start_file_need_all(struct sim *sim, const char *path);
 #endif
