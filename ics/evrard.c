@@ -8,7 +8,8 @@
 #include "rows.h"
 #include <math.h>
 
-struct evrard { double mass, radius, u; };
+struct evrard { double mass, radius, u; int places; };
+enum { LATTICE, GLASS };
 
 static const struct param params[] = {
     {"mass", PARAM_REAL, "mass", "1", 1e-300, 1e300, NULL, "mass of the sphere", false, offsetof(struct evrard, mass)},
@@ -16,6 +17,9 @@ static const struct param params[] = {
      offsetof(struct evrard, radius)},
     {"u", PARAM_REAL, "specific_energy", "none", 0, 1e30, NULL,
      "specific internal energy; default: 0.05 G mass / radius", false, offsetof(struct evrard, u)},
+    {"places", PARAM_CHOICE, "", "lattice", 0, 0, "lattice|glass",
+     "of the rows, before they are stretched: a lattice is the most even, a glass has no axes", false,
+     offsetof(struct evrard, places)},
     {0}
 };
 
@@ -25,7 +29,7 @@ static void evrard_make(struct sim *sim, const void *state, int64_t n)
 {
     const struct evrard *evrard = state;
     struct species *gas = rows_make(sim, GAS, n, evrard->mass);
-    double (*ball)[3] = lattice_ball(n);
+    double (*ball)[3] = evrard->places == GLASS ? lattice_glass_ball(n) : lattice_ball(n);
     for (int64_t i = 0; i < n; i++)
         for (int k = 0; k < 3; k++) gas->pos[i][k] = evrard->radius * sqrt(norm(ball[i])) * ball[i][k];
     mem_free(ball);

@@ -81,6 +81,35 @@ double (*lattice_ball(int64_t n))[3]
     return points.pos;
 }
 
+/* Copies of the glass about a point of it; the box of the copies holds the ball and one spacing more. */
+double (*lattice_glass_ball(int64_t n))[3]
+{
+    int side;
+    double (*glass)[3] = glass_box(&side), radius = cbrt(3.0 * (double)n / (4.0 * PI));
+    const int64_t points = (int64_t)side * side * side, copies = (int64_t)ceil((radius + 2.0) / side);
+    struct points all = {NULL, 0};
+    for (int pass = 0; pass < 2; pass++) {
+        int64_t kept = 0;
+        for (int64_t c = 0, width = 2 * copies; c < width * width * width; c++)
+            for (int64_t i = 0; i < points; i++) {
+                const int64_t copy[3] = {c % width, c / width % width, c / width / width};
+                double x[3];
+                for (int k = 0; k < 3; k++) x[k] = glass[i][k] + (double)((copy[k] - copies) * side);
+                if (square(x) > (radius + 1.0) * (radius + 1.0)) continue;
+                if (pass == 1) memcpy(all.pos[kept], x, sizeof x);
+                kept++;
+            }
+        if (pass == 0) all.pos = mem_alloc("generator", (size_t)kept * sizeof *all.pos);
+        all.n = kept;
+    }
+    mem_free(glass);
+    check(all.n >= n);
+    keep_innermost(&all, n);
+    for (int64_t i = 0; i < n; i++)
+        for (int k = 0; k < 3; k++) all.pos[i][k] /= radius;
+    return all.pos;
+}
+
 /* A lattice by three vectors; `shorten` replaces the longest by what is left of it. */
 struct basis { double v[3][3]; };
 

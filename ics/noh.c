@@ -7,7 +7,8 @@
 #include "rows.h"
 #include <math.h>
 
-struct noh { double rho, radius, speed, u; };
+struct noh { double rho, radius, speed, u; int places; };
+enum { LATTICE, GLASS };
 
 static const struct param params[] = {
     {"density", PARAM_REAL, "density", "1", 1e-300, 1e300, NULL, "density of the sphere", false, offsetof(struct noh, rho)},
@@ -15,6 +16,8 @@ static const struct param params[] = {
     {"speed", PARAM_REAL, "velocity", "1", 0, 1e300, NULL, "with which all gas falls", false, offsetof(struct noh, speed)},
     {"u", PARAM_REAL, "specific_energy", "1e-6", 1e-300, 1e300, NULL, "specific internal energy", false,
      offsetof(struct noh, u)},
+    {"places", PARAM_CHOICE, "", "lattice", 0, 0, "lattice|glass",
+     "of the rows: a lattice is the most even, a glass has no axes", false, offsetof(struct noh, places)},
     {0}
 };
 
@@ -24,7 +27,7 @@ static void noh_make(struct sim *sim, const void *state, int64_t n)
 {
     const struct noh *noh = state;
     struct species *gas = rows_make(sim, GAS, n, 4.0 / 3 * PI * pow(noh->radius, 3) * noh->rho);
-    double (*ball)[3] = lattice_ball(n);
+    double (*ball)[3] = noh->places == GLASS ? lattice_glass_ball(n) : lattice_ball(n);
     for (int64_t i = 0; i < n; i++) {
         double r = sqrt(ball[i][0] * ball[i][0] + ball[i][1] * ball[i][1] + ball[i][2] * ball[i][2]);
         for (int k = 0; k < 3; k++) {

@@ -3,7 +3,7 @@
  * towards a neighbour (Monaghan 1997); it does not change under a boost. classic: dt = 0.1
  * min(sqrt(2h/|a|), h/|v|, h/c, u/|du/dt|) (Berczik 1999).
  *
- * Then the steps of neighbours are brought within a factor of 4 of each other (Saitoh & Makino 2009):
+ * Then the steps of neighbours are brought within step_ratio (4) of each other (Saitoh & Makino 2009):
  * the longer one is shortened, and a sleeping row whose step would be too long is woken. Wishes are
  * minima, applied round by round until none is left, so their order does not matter. */
 #include "comm.h"
@@ -16,9 +16,6 @@
 #include <omp.h>
 #include <stdlib.h>
 #include <string.h>
-
-/* Steps differ by at most 2^LEVELS. */
-enum { LEVELS = 2 };
 
 static const double classic_factor = 0.1;
 
@@ -68,31 +65,38 @@ static void add_wish(struct wishes *w, int32_t row, int rung)
 /* Rows to compare with their neighbours: rows, ascending, in batches. */
 struct company { const int32_t *row; struct sph_batch *batch; int32_t n; };
 
+/* The rungs that rows are about to have, and by how much those of neighbours may differ. */
+struct terms { const uint8_t *rung; int levels; };
+static struct terms terms_of(const struct sim *sim, const struct sph *sph)
+{ return (struct terms){sim->species[GAS].next_rung, sph->levels}; }
+
 /* Rungs beyond these are uneven with that of some of the rows. */
-static struct sph_rungs even_with(struct sph_region rows, const uint8_t *rung)
+static struct sph_rungs even_with(struct sph_region rows, struct terms terms)
 {
-    struct sph_rungs even = {rung, 0, UINT8_MAX};
+    struct sph_rungs even = {terms.rung, 0, UINT8_MAX};
     for (int r = 0; r < rows.n; r++) {
-        int own = rung[rows.row[r]];
-        even.low = own - LEVELS > even.low ? own - LEVELS : even.low;
-        even.high = own + LEVELS < even.high ? own + LEVELS : even.high;
+        int own = terms.rung[rows.row[r]];
+        even.low = own - terms.levels > even.low ? own - terms.levels : even.low;
+        even.high = own + terms.levels < even.high ? own + terms.levels : even.high;
     }
     return even;
 }
 
 /* A row with the entries of the tile that are listed. */
-static void compare_row(const struct sph_work *work, const uint8_t *rung, int32_t i, struct sph_place own, int n,
+static void compare_row(const struct sph_work *work, struct terms terms, int32_t i, struct sph_place own, int n,
                         struct wishes *wishes)
 {
     const float h = 2 * own.half_h;
+    const uint8_t *rung = terms.rung;
+    const int levels = terms.levels;
     for (int e = 0; e < n; e++) {
         int k = work->tile.list[e];
         int32_t j = work->row[k];
-        if (rung[j] <= rung[i] + LEVELS && rung[i] <= rung[j] + LEVELS) continue;
+        if (rung[j] <= rung[i] + levels && rung[i] <= rung[j] + levels) continue;
         float reach = work->meet.own * h + fmaxf(work->meet.least * h, work->tile.reach[k]);
         if (sph_gap(own, work->tile.place[k]).r2 > reach * reach) continue;
-        if (rung[j] > rung[i]) add_wish(wishes, j, rung[i] + LEVELS);
-        else add_wish(wishes, i, rung[j] + LEVELS);
+        if (rung[j] > rung[i]) add_wish(wishes, j, rung[i] + levels);
+        else add_wish(wishes, i, rung[j] + levels);
     }
 }
 
@@ -100,7 +104,7 @@ static void compare_row(const struct sph_work *work, const uint8_t *rung, int32_
 static void compare_tile(struct sph_work *work, const struct sim *sim, const struct sph *sph, struct sph_region rows,
                          struct wishes *wishes)
 {
-    const uint8_t *rung = sim->species[GAS].next_rung;
+    const struct terms terms = terms_of(sim, sph);
     const struct sph_meet meet = work->meet;
     sph_enclose(sph, work, work->tile.n > 0 ? rows.n : 0);
     for (int r = 0; work->tile.n > 0 && r < rows.n; r += SPH_LANES) {
@@ -111,7 +115,7 @@ static void compare_tile(struct sph_work *work, const struct sim *sim, const str
         int n = sph->loops->filter(&work->tile, box, meet.own * h, meet.least * h);
         for (int l = 0; n > 0 && l < cluster.n; l++) {
             struct sph_place own = {.x = lanes.x[l], .y = lanes.y[l], .z = lanes.z[l], .half_h = lanes.half_h[l]};
-            compare_row(work, rung, cluster.row[l], own, n, wishes);
+            compare_row(work, terms, cluster.row[l], own, n, wishes);
         }
     }
 }
@@ -122,7 +126,7 @@ static bool compare_batch(struct sph_work *work, const struct sim *sim, const st
                           const struct sph_batch *batch, struct wishes *wishes)
 {
     const struct sph_region rows = {row + batch->first, batch->count};
-    const struct sph_rungs even = even_with(rows, sim->species[GAS].next_rung);
+    const struct sph_rungs even = even_with(rows, terms_of(sim, sph));
     if (batch->list >= 0) {
         int n = sph_list_rows(work, sph, batch, &even);
         if (n == 0) return true;

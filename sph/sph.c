@@ -63,6 +63,8 @@ static const struct param params[] = {
      offsetof(struct sph, courant)},
     {"acceleration", PARAM_REAL, "", "0.25", 0.001, 2, NULL, "eta in the step eta sqrt(2h/|a|)", true,
      offsetof(struct sph, acceleration)},
+    {"step_ratio", PARAM_COUNT, "", "4", 1, 1 << 20, NULL,
+     "most by which the steps of neighbours differ (Saitoh & Makino 2009), a power of two", true, offsetof(struct sph, step_ratio)},
     {"group_size", PARAM_COUNT, "", "512", 8, SPH_BATCH, NULL, "largest number of rows that share a neighbour search",
      true, offsetof(struct sph, group_size)},
     {"preset", PARAM_CHOICE, "", "classic", 0, 0, "classic|modern",
@@ -80,6 +82,7 @@ static void check_meaning(struct sim *sim, const struct sph *sph)
         {sim->time.classic, "courant", "time.criterion: signal"},
         {sim->time.classic, "acceleration", "time.criterion: signal"},
         {sph->strength == SPH_CONSTANT, "alpha_min", "sph.strength: shocks"},
+        {sim->time.common, "step_ratio", "time.steps: individual"},
         {!sph->balsara, "balsara_epsilon", "sph.balsara: on"},
         {sph->eos != SPH_ADIABATIC, "gamma", "sph.eos: adiabatic"},
         {sph->eos != SPH_ADIABATIC, "conduction", "sph.eos: adiabatic"},
@@ -105,6 +108,8 @@ static void check_values(struct sim *sim, const struct sph *sph)
         problems_add(problems, "sph.grad_h: on needs sph.count: smooth, where h follows the density");
     if (sph->equation == SPH_ENTROPY && !sph->grad_h)
         problems_add(problems, "sph.equation: entropy needs sph.grad_h: on, without which energy would not be conserved");
+    if ((sph->step_ratio & (sph->step_ratio - 1)) != 0)
+        problems_add(problems, "sph.step_ratio = %lld is not a power of two, as all steps are", (long long)sph->step_ratio);
     if (sph->strength == SPH_SHOCKS && sph->alpha_min > sph->alpha)
         problems_add(problems, "sph.alpha_min = %g is larger than sph.alpha = %g", sph->alpha_min, sph->alpha);
 }
@@ -131,6 +136,7 @@ static void declare(struct sim *sim, void *state)
     tree_need(&sim->tree, NODE_h_max, 1);
     tree_need_leaf(&sim->tree, LEAF_ROWS);
     sph->loops = loops[isa_now()];
+    sph->levels = 63 - __builtin_clzll((unsigned long long)sph->step_ratio);
     sph->meet = sph->grad_h ? (struct sph_meet){0, 2, 2} : (struct sph_meet){1, 0, 1};
     sph->excess = sph_kernel_excess((float)sph->neighbours, sph->kernel) * sph_kernel(0, sph->kernel);
 }
@@ -231,6 +237,22 @@ static void warn_of_hot_row(const struct species *gas)
                     "of it; give it to more rows, or set sph.conduction = 0.1", 100 * most / all);
 }
 
+/* h/|v| of the classic criterion shortens the steps of gas that merely moves. */
+static void warn_of_boost(const struct species *gas, const struct sph *sph)
+{
+    double mass = 0, momentum[3] = {0}, c2 = 0;
+    for (int64_t i = 0; i < gas->n; i++) {
+        double c = (double)sph_sound_speed(sph, gas->u ? gas->u[i] : 0, 0);
+        mass += gas->mass[i];
+        c2 += gas->mass[i] * c * c;
+        for (int k = 0; k < 3; k++) momentum[k] += gas->mass[i] * gas->vel[i][k];
+    }
+    double mach = sqrt((momentum[0] * momentum[0] + momentum[1] * momentum[1] + momentum[2] * momentum[2]) / (mass * c2));
+    if (mach > 2)
+        log_warning("time.criterion: classic: the gas moves as a whole at %.3g times its speed of sound, and h/|v| makes its steps "
+                    "as much shorter; criterion: signal does not", mach);
+}
+
 static void warn(struct sim *sim, void *state)
 {
     const struct sph *sph = state;
@@ -242,6 +264,9 @@ static void warn(struct sim *sim, void *state)
         log_warning("sph.neighbours = %lld: with the cubic spline particles pair from about %d neighbours on",
                     (long long)sph->neighbours, CUBIC_NEIGHBOURS);
     if (sph->alpha < 0.5) log_warning("sph.alpha = %g: shocks will ring and particles pass through each other", sph->alpha);
+    if (sph->step_ratio > 4)
+        log_warning("sph.step_ratio = %lld: a shock runs into gas that sleeps", (long long)sph->step_ratio);
+    if (sim->time.classic) warn_of_boost(&sim->species[GAS], sph);
     if (!(sph->conduction > 0)) warn_of_hot_row(&sim->species[GAS]);
     if (sph->courant > 0.5) log_warning("sph.courant = %g: sound crosses more than h/4 in a step", sph->courant);
 }

@@ -49,13 +49,14 @@ struct sph_work {
 
 struct sph {
     /* Parameters. */
-    int64_t neighbours, group_size;
+    int64_t neighbours, group_size, step_ratio;
     int count, eos, preset, kernel, equation, viscosity, strength;
     bool balsara, grad_h;
     double alpha, beta, alpha_min, epsilon, balsara_epsilon, conduction;
     double gamma, mu, sound_speed, stiff_density, h_min, courant, acceleration;
     /* State. */
     const struct sph_loops *loops;
+    int levels;                     /* rungs of neighbours differ by at most so many */
     struct sph_meet meet;           /* which pairs meet */
     float excess;                   /* of a row's own density, over m/h^3 */
     struct sph_work **work;

@@ -70,6 +70,9 @@ expect_status 0 tephra check "$scene" $small --set sph.neighbours=64;        exp
 expect_status 0 tephra check "$scene" $small --set sph.neighbours=64 --set sph.kernel=wendland_c2
 grep -q 'particles pair' err && fail "a kernel that does not pair is warned of"
 sedov=$TEPHRA_SOURCE/ics/sedov.yml
+expect_status 0 tephra check "$sedov" --set sph.step_ratio=8;                 expect_text 'gas that sleeps' err
+expect_status 2 tephra check "$sedov" --set sph.step_ratio=3;                 expect_text 'not a power of two' err
+expect_status 2 tephra check "$sedov" --set sph.step_ratio=2 --set time.steps=common; expect_text 'has a meaning only' err
 expect_status 0 tephra check "$sedov" --set start.hot=1;                      expect_text 'one row of gas holds 100 %' err
 for within in start.hot=32 'start.hot=1 --set sph.conduction=0.1'; do
     expect_status 0 tephra check "$sedov" --set $within

@@ -11,6 +11,7 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdlib.h>
 #include <string.h>
 #include <cmocka.h>
 
@@ -52,6 +53,28 @@ static void test_lattice(void **state)
                 for (int k = 0; k < 3; k++) assert_true(pos[i][k] >= 0 && pos[i][k] < sides[b][k]);
             mem_free(pos);
         }
+}
+
+/* n points of the ball of radius 1; away from its surface the nearest neighbour is 0.8 to 1.1 mean spacings away, and
+ * half the ball's radius holds an eighth of the points, within the rows of one surface. */
+static void test_glass(void **state)
+{
+    (void)state;
+    static const int64_t counts[] = {1, 60, 3000};
+    for (int c = 0; c < 3; c++) {
+        int64_t n = counts[c], within = 0;
+        double (*pos)[3] = lattice_glass_ball(n), spacing = cbrt(4 * 3.14159265358979 / 3 / (double)n);
+        const double open[3] = {1e9, 1e9, 1e9};
+        for (int64_t i = 0; i < n; i++) {
+            double r = sqrt(pos[i][0] * pos[i][0] + pos[i][1] * pos[i][1] + pos[i][2] * pos[i][2]);
+            assert_true(r < 1 + spacing);
+            within += r < 0.5;
+            double least = r < 1 - 2 * spacing ? nearest(pos, n, open, i) / spacing : 1;
+            assert_true(least > 0.8 && least < 1.1);
+        }
+        if (n > 1000) assert_true(labs((long)(within - n / 8)) < 30);
+        mem_free(pos);
+    }
 }
 
 static void test_counts(void **state)
@@ -192,7 +215,7 @@ static void test_refused(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_lattice), cmocka_unit_test(test_counts), cmocka_unit_test(test_tube),
+        cmocka_unit_test(test_lattice), cmocka_unit_test(test_glass), cmocka_unit_test(test_counts), cmocka_unit_test(test_tube),
         cmocka_unit_test(test_wave), cmocka_unit_test(test_sedov), cmocka_unit_test(test_noh),
         cmocka_unit_test(test_medium), cmocka_unit_test(test_refused),
     };

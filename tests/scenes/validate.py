@@ -45,6 +45,7 @@ class Gas:
     rho: np.ndarray
     p: np.ndarray
     volume: np.ndarray
+    path: Path
 
 
 @dataclass
@@ -68,7 +69,7 @@ def read_gas(path):
         time = float(file["Header"].attrs["Time"])
         if physical:        # kpc and 1e10 Msun to pc and Msun
             pos, mass, rho, p, time = pos * 1e3, mass * 1e10, rho * 10, p * 10, time * 1e3
-    return Gas(time, pos, vel, rho, p, mass / rho)
+    return Gas(time, pos, vel, rho, p, mass / rho, path)
 
 
 def reference(x, *arguments):
@@ -194,6 +195,55 @@ def pairing(gas, energy):
                    "energy error": energy})
 
 
+RING = (0.5, 1.5, 0.05, 0.1)    # radii; speed of sound in parts of the circles'; core of the logarithmic potential
+
+
+def make_disc(folder, n):
+    """A ring of isothermal gas, a few rows thick, on circles in a logarithmic potential, about n rows; returns the scene."""
+    inner, outer, sound, core = RING
+    thick = 0.08                # a Gaussian scale height at r = 1, and a little more
+    spacing = (np.pi * (outer**2 - inner**2) * 2 * thick / n)**(1 / 3)
+    ticks = np.arange(-outer, outer, spacing) + 0.31 * spacing
+    heights = (np.arange(round(2 * thick / spacing)) + 0.5) * spacing - thick
+    x, y, z = (c.ravel() for c in np.meshgrid(ticks, ticks, heights, indexing="ij"))
+    r = np.hypot(x, y)
+    x, y, z, r = (c[(r > inner) & (r < outer)] for c in (x, y, z, r))
+    with h5py.File(folder / "disc.hdf5", "w") as file:
+        gas = file.create_group("PartType0")
+        gas["Coordinates"] = np.stack((x, y, z), axis=1)
+        gas["Velocities"] = np.stack((-y, x, 0 * z), axis=1) / np.hypot(r, core)[:, None]
+        gas["Masses"] = np.full(len(x), np.pi * (outer**2 - inner**2) / len(x))
+        gas["ParticleIDs"] = np.arange(1, len(x) + 1)
+        header = file.create_group("Header")
+        header.attrs["NumPart_ThisFile"] = header.attrs["NumPart_Total"] = [len(x), 0, 0, 0, 0, 0]
+        header.attrs["MassTable"], header.attrs["Time"], header.attrs["NumFilesPerSnapshot"] = np.zeros(6), 0.0, 1
+    scene = folder / "disc.yml"
+    scene.write_text("title: a ring of gas\nunits: {G: 1}\nstart: {file: disc.hdf5}\ntime: {end: 18.849556}\n"
+                     "output: {snapshot_every: 6.2831853}\n"
+                     f"external: {{logarithmic_velocity: 1, logarithmic_radius: {core}}}\n"
+                     f"sph: {{eos: isothermal, sound_speed: {sound}}}\n")
+    return scene
+
+
+def disc(gas, _):
+    """Angular momentum that rows which began within r = 1 have lost, in parts of it an orbit; and what a shear viscosity
+    of c h/10 would take, 2 pi nu r^3 Sigma |dOmega/dr| over theirs."""
+    inner, _, sound, core = RING
+    with h5py.File(Path(gas.path).parent / "snapshot_000.hdf5") as file:
+        pos, vel = file["PartType0/Coordinates"][:], file["PartType0/Velocities"][:]
+        h = 0.5 * np.median(file["PartType0/SmoothingLength"][:])
+    r = np.hypot(pos[:, 0], pos[:, 1])
+    within = r < 1
+    before, after = ((p[:, 0] * v[:, 1] - p[:, 1] * v[:, 0])[within].sum() for p, v in ((pos, vel), (gas.pos, gas.vel)))
+    torque = 2 * np.pi * 0.1 * sound * h * (1 + core**2)**-1.5
+    radii = np.linspace(inner, 1, 200)
+    held = np.mean(2 * np.pi * radii**3 / np.hypot(radii, core)) * (1 - inner)
+    now = np.hypot(gas.pos[:, 0], gas.pos[:, 1])
+    return Result(now, (gas.rho, np.hypot(gas.vel[:, 0], gas.vel[:, 1]), gas.p), (gas.rho, now / np.hypot(now, core), gas.p),
+                  gas.volume, {"L lost an orbit": (1 - after / before) / (gas.time / (2 * np.pi)),
+                               "of c h/10": torque * 2 * np.pi / held})
+
+
 @dataclass
 class Problem:
     compare: object
@@ -201,6 +251,7 @@ class Problem:
     small: int              # of `make check`
     scene: str = ""
     settings: tuple = ()
+    make: object = None     # writes start and scene where no generator does
 
 
 CONTRAST = ("start.hot=1", "output.snapshot_every=0.05")
@@ -220,6 +271,7 @@ PROBLEMS = {
     "pairing_100": Problem(pairing, (1728,), 1728, "pairing", ("sph.neighbours=100",)),
     "pairing_wendland": Problem(pairing, (1728,), 1728, "pairing", ("sph.kernel=wendland_c2", "sph.neighbours=100")),
     "pairing_200": Problem(pairing, (1728,), 0, "pairing", ("sph.kernel=wendland_c2", "sph.neighbours=200")),
+    "disc": Problem(disc, (4000,), 0, make=make_disc),
     "evrard": Problem(evrard, (3800, 30000), 0, settings=("time.end=0.8", "output.snapshot_every=0.2")),
 }
 
@@ -228,8 +280,11 @@ def run(name, n, options):
     """The last snapshot's gas and the run's cost; ends the script where the program fails."""
     problem = PROBLEMS[name]
     folder = options.out / f"{name}_{n}{'_' + options.label if options.label else ''}"
-    scene = SOURCE / "ics" / f"{problem.scene or name}.yml"
-    command = [options.tephra, "run", scene, "--out", folder, "--force", "--set", f"start.n={n}"]
+    if problem.make:
+        command = [options.tephra, "run", problem.make(options.out, n), "--out", folder, "--force"]
+    else:
+        scene = SOURCE / "ics" / f"{problem.scene or name}.yml"
+        command = [options.tephra, "run", scene, "--out", folder, "--force", "--set", f"start.n={n}"]
     for setting in problem.settings + tuple(options.set):
         command += ["--set", setting]
     if not (options.keep and (folder / "energy.csv").exists()):
