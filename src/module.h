@@ -74,6 +74,7 @@ struct generator {
     /* Before other blocks are read: start_advise for their keys whose best value follows from the model and n.
      * Mistakes are told by make. NULL: none. */
     void (*advise)(struct sim *sim, const void *state, int64_t n);
+    bool own_n;     /* how many rows there are follows from its keys: start.n has no meaning, and n below is negative */
     /* Fills the species tables with exactly n rows in all; ids from 1. */
     void (*make)(struct sim *sim, const void *state, int64_t n);
 };

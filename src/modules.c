@@ -10,8 +10,8 @@
     X(phase_diagram) X(ranks) X(steps)
 
 #define GENERATORS(X) \
-    X(cloud_box) X(clouds) X(clumped) X(evrard) X(exchange_box) X(galaxy) X(kepler) X(medium) X(merger) X(noh) X(plummer) X(sedov) X(spheres) \
-    X(ssp) X(tube) X(uniform) X(wave)
+    X(cloud_box) X(clouds) X(clumped) X(combine) X(evrard) X(exchange_box) X(galaxy) X(kepler) X(medium) X(merger) X(noh) X(plummer) X(sedov) \
+    X(spheres) X(ssp) X(tube) X(uniform) X(wave)
 
 #define COMMANDS(X) \
     X(run) X(check) X(ics) X(force_test) X(info) X(compare) X(convert) X(params) X(chart)

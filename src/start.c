@@ -61,10 +61,11 @@ void start_read(struct sim *sim)
     param_read(sim->scene, "start", targets, &sim->units, &sim->problems);
     if (!start->generator == !start->file)
         problems_add(&sim->problems, "start: give either a generator or a file");
-    if (start->generator && start->n < 0)
+    const bool own_n = start->file || (start->maker && start->maker->own_n);
+    if (start->maker && start->n < 0 && !own_n)
         problems_add(&sim->problems, "start.n: say how many particles the generator shall make");
-    if (start->file && start->n >= 0)
-        problems_add(&sim->problems, "start.n: has no meaning with start.file");
+    if (own_n && start->n >= 0)
+        problems_add(&sim->problems, "start.n: has no meaning with %s", start->file ? "start.file" : start->generator);
     sim->seed = (uint64_t)start->seed;
     if (start->maker && start->maker->advise && sim->problems.count == 0)
         start->maker->advise(sim, start->maker_state, start->n);

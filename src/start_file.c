@@ -24,6 +24,7 @@ struct reader {
     struct layout_unit unit;    /* of the file, over the scene's code unit */
     bool swift;
     int64_t with_kelvin;        /* gas rows whose u came from a temperature */
+    uint64_t shift;             /* added to ids */
     double mass_table[LAYOUT_TYPES], count[LAYOUT_TYPES];
     struct unnumbered unnumbered[LAYOUT_TYPES];
 };
@@ -268,6 +269,7 @@ static void read_group(struct reader *r, int type)
     g.table->n = g.table->n_own = g.first + g.n;
     for (int c = 0; c < N_COLUMNS; c++)
         if (is_read(c) && species_has(g.table, c)) read_column(&g, c);
+    for (int64_t i = g.first; i < g.first + g.n; i++) g.table->id[i] += r->shift;
     fill_missing(&g);
     snprintf(path, sizeof path, "PartType%d", type);
     h5_list(r->file, path, note_unused, &g);
@@ -375,9 +377,12 @@ static void check_rows(struct reader *r)
     check_ids(r);
 }
 
-void start_file_read(struct sim *sim, const char *path)
+void start_file_read(struct sim *sim, const char *path) { start_file_add(sim, path, 0); }
+
+void start_file_add(struct sim *sim, const char *path, uint64_t shift)
 {
-    struct reader reader = {.sim = sim, .path = path, .file = formats_open(path), .unit = layout_unit(false)};
+    struct reader reader = {.sim = sim, .path = path, .file = formats_open(path), .unit = layout_unit(false), .shift = shift};
+    reader.with_kelvin = sim->kelvin ? sim->species[GAS].n : 0;
     int64_t rows = 0;
     int problems = sim->problems.count;
     if (!h5_error(reader.file)) read_header(&reader);

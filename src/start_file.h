@@ -11,6 +11,8 @@
  * scene takes them as they are. time.start becomes the file's time. What is wrong with the file goes
  * to sim->problems. */
 void start_file_read(struct sim *sim, const char *path);
+/* The same of one of several files, whose ids become larger by `shift`; rows that are there already stay. */
+void start_file_add(struct sim *sim, const char *path, uint64_t shift);
 /* Asks for the columns that the file has. */
 void start_file_need_all(struct sim *sim, const char *path);
 #endif

@@ -51,4 +51,27 @@ grep -q sph. out_text && fail 'params gravity prints another block'
 expect_status 0 tephra params --roff
 expect_text '^.SH PARAMETERS' out_text
 expect_status 2 tephra params gravty;                   expect_text 'did you mean "gravity"' err
+
+# Two objects on a parabola: M = 3, r_p = 1, r = 8, so that v_t = sqrt(2 M r_p)/r, v^2 = 2 M/r. Each is a pair of rows; the
+# spin of the first, along z in its file, is tilted by 90 degrees to where azimuth 90 points, +y; ids stay apart.
+printf '# id x y z vx vy vz m\n1 5 3 2 7 1 0 1\n2 3 3 2 7 -1 0 1\n' >two.txt
+printf '# id x y z vx vy vz m\n1 0 0.5 0 0 0 0 0.5\n2 0 -0.5 0 0 0 0 0.5\n' >one.txt
+expect_status 0 tephra ics combine first=two.txt second=one.txt pericentre=1 separation=8 "inclination_1=90 deg" "azimuth_1=90 deg" -o pair.hdf5
+expect_status 0 tephra convert pair.hdf5 pair.csv
+awk -F, 'function near(a, b) { return (a - b) * (a - b) < 1e-20 }
+    NR > 1 { b = $2 > 2; m[b] += $9; for (k = 0; k < 6; k++) { s[b, k] += $9 * $(3 + k); x[$2, k] = $(3 + k) } }
+    END { for (k = 0; k < 6; k++) { a[k] = s[0, k] / m[0]; c[k] = s[1, k] / m[1]; if (!near(a[k] * m[0] + c[k] * m[1], 0)) bad = 1
+              d[k] = c[k] - a[k] }
+        r = sqrt(d[0] ^ 2 + d[1] ^ 2 + d[2] ^ 2); v2 = d[3] ^ 2 + d[4] ^ 2 + d[5] ^ 2; l = d[0] * d[4] - d[1] * d[3]
+        if (!near(r, 8) || !near(v2, 6 / 8) || !near(l, sqrt(6)) || !(d[0] * d[3] + d[1] * d[4] < 0) || !near(d[2], 0)) bad = 2
+        for (k = 0; k < 6; k++) y[k] = x[1, k] - a[k]
+        spin_x = y[1] * y[5] - y[2] * y[4]; spin_y = y[2] * y[3] - y[0] * y[5]; spin_z = y[0] * y[4] - y[1] * y[3]
+        if (!near(spin_x, 0) || !near(spin_y, 1) || !near(spin_z, 0)) bad = 3
+        if (NR != 5 || !((3, 0) in x) || !((4, 0) in x)) bad = 4
+        if (bad) print "bad", bad, r, v2, l, spin_x, spin_y, spin_z
+        exit bad }' pair.csv || fail "combine: $(cat pair.csv)"
+expect_status 2 tephra ics combine first=two.txt second=one.txt pericentre=1 separation=8 n=4 -o no.hdf5
+expect_text 'start.n: has no meaning with combine' err
+expect_status 2 tephra ics combine first=two.txt second=one.txt pericentre=1 separation=8 eccentricity=0.5 -o no.hdf5
+expect_text 'distances from 1 to 3' err
 finish
