@@ -253,6 +253,22 @@ static void warn_of_boost(const struct species *gas, const struct sph *sph)
                     "as much shorter; criterion: signal does not", mach);
 }
 
+/* Without Balsara's switch the viscosity is one of shear too: about alpha c h/10 (tests/scenes/boundaries.py disc). A gas is
+ * taken for a disc where most of its motion is about one axis through the origin. */
+static void warn_of_shear(const struct species *gas, const struct sph *sph)
+{
+    double sum[3] = {0}, size = 0;
+    for (int64_t i = 0; i < gas->n; i++) {
+        const double *x = gas->pos[i], *v = gas->vel[i], m = gas->mass[i];
+        double l[3] = {x[1] * v[2] - x[2] * v[1], x[2] * v[0] - x[0] * v[2], x[0] * v[1] - x[1] * v[0]};
+        for (int k = 0; k < 3; k++) sum[k] += m * l[k];
+        size += m * sqrt((x[0] * x[0] + x[1] * x[1] + x[2] * x[2]) * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]));
+    }
+    if (sqrt(sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]) > 0.5 * size)
+        log_warning("sph.balsara = off: this gas rotates, and loses its angular momentum as by a viscosity of %.3g c h",
+                    sph->alpha / 10);
+}
+
 static void warn(struct sim *sim, void *state)
 {
     const struct sph *sph = state;
@@ -266,6 +282,10 @@ static void warn(struct sim *sim, void *state)
     if (sph->alpha < 0.5) log_warning("sph.alpha = %g: shocks will ring and particles pass through each other", sph->alpha);
     if (sph->step_ratio > 4)
         log_warning("sph.step_ratio = %lld: a shock runs into gas that sleeps", (long long)sph->step_ratio);
+    if (sph->conduction >= 1 && !sim->time.common)
+        log_warning("sph.conduction = %g: a hot row gives away half of its energy in a step, and its neighbours' steps differ: "
+                    "energy errors of 1 %% and more", sph->conduction);
+    if (!sph->balsara && sph->strength == SPH_CONSTANT && sph->alpha > 0) warn_of_shear(&sim->species[GAS], sph);
     if (sim->time.classic) warn_of_boost(&sim->species[GAS], sph);
     if (!(sph->conduction > 0)) warn_of_hot_row(&sim->species[GAS]);
     if (sph->courant > 0.5) log_warning("sph.courant = %g: sound crosses more than h/4 in a step", sph->courant);

@@ -74,6 +74,10 @@ expect_status 0 tephra check "$sedov" --set sph.step_ratio=8;                 ex
 expect_status 2 tephra check "$sedov" --set sph.step_ratio=3;                 expect_text 'not a power of two' err
 expect_status 2 tephra check "$sedov" --set sph.step_ratio=2 --set time.steps=common; expect_text 'has a meaning only' err
 expect_status 0 tephra check "$sedov" --set start.hot=1;                      expect_text 'one row of gas holds 100 %' err
+expect_status 0 tephra check "$sedov" --set sph.conduction=1;                 expect_text 'energy errors of 1 %' err
+expect_status 0 tephra check "$TEPHRA_SOURCE/ics/disc.yml" --set sph.balsara=off; expect_text 'this gas rotates' err
+expect_status 0 tephra check "$sedov" --set sph.balsara=off
+grep -q 'this gas rotates' err && fail "gas at rest is taken for a disc"
 for within in start.hot=32 'start.hot=1 --set sph.conduction=0.1'; do
     expect_status 0 tephra check "$sedov" --set $within
     grep -q 'one row of gas' err && fail "$within: a warning within the boundary"

@@ -45,7 +45,7 @@ SWEEPS = {
     "disc": Sweep("a disc: angular momentum that its inner part loses in an orbit", "disc", 4000, ("L lost an orbit", "of c h/10"),
                   {"Balsara off": ("sph.alpha={}", "sph.beta={2}", "sph.balsara=off"), "classic": ("sph.alpha={}", "sph.beta={2}"),
                    "modern": ("sph.alpha={}", "sph.beta={2}", "sph.preset=modern")}, (0.25, 1), False),
-    "boost": Sweep("a tube that moves, in speeds of sound: updates a row", "sod", 2500, ("updates a row", "L1 density"),
+    "boost": Sweep("a tube that moves, in speeds of sound: updates a row", "sod", 2500, ("updates a row",),
                    {"signal": ("start.velocity_left={}", "start.velocity_right={}", "time.end=0.02"),
                     "classic": ("start.velocity_left={}", "start.velocity_right={}", "time.end=0.02", "time.criterion=classic")},
                    (0, 1, 10, 100), False),
