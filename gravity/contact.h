@@ -13,4 +13,10 @@ double gravity_pair(const struct sim *sim, enum species_kind a, enum species_kin
  * softening of those; 0 where both have one softening. Cells are taken as wholes beyond twice their size and some
  * softening lengths (a few per cent of the result). Rows as they are now; any thread. */
 double gravity_resoften(const struct sim *sim, enum species_kind kind, int64_t row, enum species_kind to);
+/* A mass of one species at a place; below 0: what was there before and is no more. */
+struct gravity_piece { enum species_kind kind; double mass, pos[3]; };
+/* Potential energy of the pieces with all rows but two of one species (-1: none), not with each other: by how much it changes
+ * where masses move, divide or become one. Rows and cells as above; 0 without gravity. Any thread. */
+double gravity_field(const struct sim *sim, const struct gravity_piece *piece, int n, enum species_kind kind,
+                     const int64_t without[2]);
 #endif

@@ -22,26 +22,30 @@ enum tally { COLLISIONS, COAGULATIONS, POSTPONED, N_TALLIES };
 struct clouds {
     /* Parameters. */
     int variant, coagulation;
-    double radius, power, restitution, most, crossing;
+    struct cloud_size size;
+    double restitution, most, crossing;
     struct viscosity viscosity;
     /* State. */
-    double suns, years;                     /* code units of mass and time in Msun and years */
+    double years;                           /* code unit of time */
     double widest;                          /* no cloud has been larger */
-    double radiated, bound;                 /* kinetic energy lost; depth of the wells of pairs that became one */
+    double radiated, bound;                 /* kinetic energy lost; fall of the potential energy where pairs became one */
+    double untold;                          /* of that, by this step's, what the potentials of other rows do not know yet */
     double spin[3];                         /* angular momentum about their centres of pairs that became one */
     int64_t count[N_TALLIES], told[N_TALLIES];
     double at;                              /* time of the last row of budget.csv */
     float *speed;                           /* of rows whose step ends: largest relative one of a partner */
     int64_t speeds;
+    clouds_joined *joined;
 };
 
 static const struct param params[] = {
     {"variant", PARAM_CHOICE, "", "sticky", 0, 0, "sticky|viscous",
      "clouds that meet bounce or become one; or overlapping clouds feel an artificial viscosity", true,
      offsetof(struct clouds, variant)},
-    {"radius", PARAM_REAL, "length", "50 pc", 1e-300, 1e300, NULL, "of a cloud of 1e6 Msun", false, offsetof(struct clouds, radius)},
+    {"radius", PARAM_REAL, "length", "50 pc", 1e-300, 1e300, NULL, "of a cloud of 1e6 Msun", false,
+     offsetof(struct clouds, size.radius)},
     {"power", PARAM_REAL, "", "0.5", 0, 1, NULL, "of its mass, to which a cloud's radius is proportional", false,
-     offsetof(struct clouds, power)},
+     offsetof(struct clouds, size.power)},
     {"restitution", PARAM_REAL, "", "0.2", 0, 1, NULL,
      "sticky: part of the speed of approach that is left after a bounce, outwards", true, offsetof(struct clouds, restitution)},
     {"coagulation", PARAM_CHOICE, "", "bound", 0, 0, "bound|always|never", "sticky: which clouds that meet become one", true,
@@ -61,19 +65,22 @@ static const struct param params[] = {
 static const struct saved saved[] = {SAVED(radiated), SAVED(bound), SAVED(spin), SAVED(count), SAVED(told), SAVED(at), {0}};
 #undef SAVED
 
-static double radius_of(const struct clouds *clouds, double mass)
+double clouds_radius(const struct sim *sim, double mass)
 {
-    const double unit = 1e6;                /* Msun */
-    return clouds->radius * pow(mass * clouds->suns / unit, clouds->power);
+    const struct clouds *clouds = sim_state(sim, "clouds");
+    return cloud_radius(&clouds->size, mass);
 }
 
-double clouds_radius(const struct sim *sim, double mass) { return radius_of(sim_state(sim, "clouds"), mass); }
+void clouds_when_joined(struct sim *sim, clouds_joined *joined)
+{
+    ((struct clouds *)sim_state(sim, "clouds"))->joined = joined;
+}
 
 static void declare(struct sim *sim, void *state)
 {
     struct clouds *clouds = state;
     sim->species[CLOUD].shrinks = true;
-    clouds->suns = sim->units.mass / CONST_M_SUN;
+    clouds->size.suns = sim->units.mass / CONST_M_SUN;
     if (!sim->units.physical) problems_add(&sim->problems, "clouds needs physical units: this scene is dimensionless");
 }
 
@@ -82,7 +89,7 @@ static void begin(struct sim *sim, void *state)
     struct clouds *clouds = state;
     const struct species *cloud = &sim->species[CLOUD];
     clouds->years = units_cgs(&sim->units, "time") / CONST_YEAR;
-    for (int64_t i = 0; i < cloud->n; i++) clouds->widest = fmax(clouds->widest, radius_of(clouds, cloud->mass[i]));
+    for (int64_t i = 0; i < cloud->n; i++) clouds->widest = fmax(clouds->widest, cloud_radius(&clouds->size, cloud->mass[i]));
     if (sim->time.tick == 0) clouds->at = timeline_now(&sim->time);
 }
 
@@ -92,120 +99,55 @@ static void end(struct sim *sim, void *state)
     mem_free(((struct clouds *)state)->speed);
 }
 
-/* --- who may meet --- */
-
-/* The clouds whose step ends now and their partners. */
-struct gathering {
-    struct party *party;
-    struct couple *couple;
-    struct partners *found;     /* of each row whose step ends */
-    int32_t *index;             /* party of each row of the table, less 1 */
-    int32_t n;
-    int64_t couples;
-};
-
-static void find_partners(struct sim *sim, struct clouds *clouds, struct gathering *g)
-{
-    const struct species *cloud = &sim->species[CLOUD];
-    for (int64_t e = 0; e < cloud->n_ending; e++)
-        clouds->widest = fmax(clouds->widest, radius_of(clouds, cloud->mass[cloud->ending[e]]));
-    if (cloud->n > clouds->speeds) {
-        clouds->speed = mem_resize("clouds", clouds->speed, (size_t)cloud->capacity * sizeof *clouds->speed);
-        clouds->speeds = cloud->capacity;
-    }
-    g->found = mem_array("clouds", struct partners, cloud->n_ending);
-#pragma omp parallel for schedule(dynamic, 16)
-    for (int64_t e = 0; e < cloud->n_ending; e++) {
-        int32_t row = cloud->ending[e];
-        if (!species_gone(cloud, row))
-            partners_find(sim, row, timeline_step(&sim->time, cloud->rung0[row]), clouds->widest, &g->found[e]);
-        clouds->speed[row] = (float)g->found[e].speed;
-    }
-}
-
-static void join(struct sim *sim, struct gathering *g, int32_t row, double span)
-{
-    if (g->index[row] > 0) return;
-    g->party[g->n] = (struct party){partners_body(sim, row), sim->species[CLOUD].id[row], row, 0, span, -1};
-    g->index[row] = ++g->n;
-}
-
-static int by_key(const void *a, const void *b)
-{
-    uint64_t x = *(const uint64_t *)a, y = *(const uint64_t *)b;
-    return (x > y) - (x < y);
-}
-
-/* Each couple once, whoever's list it is in. */
-static void pair_up(struct sim *sim, struct gathering *g, uint64_t *key, int64_t n)
-{
-    if (n > 0) qsort(key, (size_t)n, sizeof *key, by_key);
-    for (int64_t k = 0; k < n; k++) {
-        if (k > 0 && key[k] == key[k - 1]) continue;
-        struct couple *couple = &g->couple[g->couples++];
-        *couple = (struct couple){.a = (int32_t)(key[k] >> 32), .b = (int32_t)(key[k] & UINT32_MAX)};
-        for (int x = 0; x < 3; x++)
-            couple->shift[x] = box_shift(&sim->box, x, g->party[couple->b].body.pos[x] - g->party[couple->a].body.pos[x]);
-    }
-}
-
-static void gather(struct sim *sim, struct clouds *clouds, struct gathering *g)
-{
-    const struct species *cloud = &sim->species[CLOUD];
-    int64_t most = 0, n = 0;
-    find_partners(sim, clouds, g);
-    for (int64_t e = 0; e < cloud->n_ending; e++) most += g->found[e].n;
-    g->index = mem_array("clouds", int32_t, cloud->n);
-    g->party = mem_array("clouds", struct party, most > 0 ? cloud->n_ending + most : 0);
-    g->couple = mem_array("clouds", struct couple, most);
-    uint64_t *key = mem_array("clouds", uint64_t, most);
-    for (int64_t e = 0; e < cloud->n_ending && most > 0; e++)
-        join(sim, g, cloud->ending[e], timeline_step(&sim->time, cloud->rung0[cloud->ending[e]]));
-    for (int64_t e = 0; e < cloud->n_ending; e++)
-        for (int32_t k = 0; k < g->found[e].n; k++) {
-            join(sim, g, g->found[e].row[k], INFINITY);
-            uint64_t a = (uint64_t)g->index[cloud->ending[e]] - 1, b = (uint64_t)g->index[g->found[e].row[k]] - 1;
-            key[n++] = a < b ? a << 32 | b : b << 32 | a;
-        }
-    pair_up(sim, g, key, n);
-    mem_free(key);
-}
-
-static void release(struct sim *sim, struct gathering *g)
-{
-    for (int64_t e = 0; e < sim->species[CLOUD].n_ending; e++) mem_free(g->found[e].row);
-    mem_free(g->found);
-    mem_free(g->index);
-    mem_free(g->party);
-    mem_free(g->couple);
-}
-
 /* --- what comes of it --- */
 
-struct context { struct sim *sim; struct clouds *clouds; struct gathering *g; };
+struct context { struct sim *sim; struct clouds *clouds; struct partners *all; };
 
-static double distance(const struct body *a, const struct body *b, const double shift[3])
+/* Where b's image is. */
+static void image(const struct party *b, const double shift[3], double pos[3])
 {
-    double r2 = 0;
-    for (int k = 0; k < 3; k++) r2 += pow(b->pos[k] - a->pos[k] + shift[k], 2);
-    return sqrt(r2);
+    for (int k = 0; k < 3; k++) pos[k] = b->body.pos[k] + shift[k];
 }
 
-/* The kept row takes elements, acceleration and potential; what the pair's own attraction was is booked. */
-static void absorb(const struct context *c, const struct party *kept, const struct party *taken, double apart)
+/* By how much the potential energy rises when two become one at their centre of mass: their own attraction is gone, and in
+ * the field of all others they lie elsewhere, on the mean deeper (the mean of a potential over a sphere is not that of its
+ * middle). */
+static double rise_of_merger(const struct context *c, const struct party *a, const struct party *b, const double shift[3],
+                             double *others)
+{
+    const double m = a->body.mass, n = b->body.mass;
+    struct gravity_piece piece[3] = {{CLOUD, -m, {0}}, {CLOUD, -n, {0}}, {CLOUD, m + n, {0}}};
+    double r2 = 0;
+    image(a, (const double[3]){0}, piece[0].pos);
+    image(b, shift, piece[1].pos);
+    for (int k = 0; k < 3; k++) {
+        double r = piece[1].pos[k] - piece[0].pos[k];
+        piece[2].pos[k] = piece[0].pos[k] + n / (m + n) * r;
+        r2 += r * r;
+    }
+    *others = gravity_field(c->sim, piece, 3, CLOUD, (const int64_t[2]){a->row, b->row});
+    return *others - m * n * gravity_pair(c->sim, CLOUD, CLOUD, sqrt(r2));
+}
+
+/* The kept row takes elements and potential. What of the change of potential energy the other rows' potentials,
+ * known since FORCE, do not tell yet is half of that in their field. */
+static void absorb(const struct context *c, const struct party *kept, const struct party *taken, const double shift[3])
 {
     struct species *cloud = &c->sim->species[CLOUD];
-    const double unit = gravity_pair(c->sim, CLOUD, CLOUD, apart), a = kept->body.mass, b = taken->body.mass;
+    const double a = kept->body.mass, b = taken->body.mass;
     const int32_t i = kept->row, j = taken->row;
-    c->clouds->bound += unit * a * b;
-    for (int k = 0; k < 3; k++)
-        cloud->acc[i][k] = (float)((a * (double)cloud->acc[i][k] + b * (double)cloud->acc[j][k]) / (a + b));
+    double others, rise = rise_of_merger(c, kept, taken, shift, &others), own = rise - others;
+    c->clouds->bound -= rise;
+    c->clouds->untold += 0.5 * others;
     if (cloud->pot)
-        cloud->pot[i] = (float)((a * (double)cloud->pot[i] + b * (double)cloud->pot[j] - 2 * a * b * unit) / (a + b));
+        cloud->pot[i] = (float)((a * (double)cloud->pot[i] + b * (double)cloud->pot[j] + 2 * own + others) / (a + b));
     for (int e = FIRST_ELEMENT; e < END_ELEMENTS; e++) {
         double *element = species_column(cloud, (enum column)e);
         if (element) element[i] += element[j];
     }
+    if (c->clouds->joined) c->clouds->joined(c->sim, i, j);
+    cloud->mass[i] = a + b;     /* at once: for those that meet later in this step */
+    cloud->mass[j] = 0;
 }
 
 /* Kept is a row whose step ends now, so that its state is of now; of two such the heavier one, of equal ones the lower id. */
@@ -221,24 +163,28 @@ static void coagulate(const struct context *c, struct party *a, struct party *b,
     bool first = keeps(a, b);
     struct party *kept = first ? a : b, *taken = first ? b : a;
     struct clouds *clouds = c->clouds;
-    absorb(c, kept, taken, distance(&a->body, &b->body, shift));
+    absorb(c, kept, taken, first ? shift : back);
     clouds->radiated += collide_merge(&kept->body, &taken->body, first ? shift : back, clouds->spin);
-    kept->body.radius = radius_of(clouds, kept->body.mass);
+    kept->body.radius = cloud_radius(&clouds->size, kept->body.mass);
     clouds->widest = fmax(clouds->widest, kept->body.radius);
-    taken->joined = (int32_t)(kept - c->g->party);
+    taken->joined = (int32_t)(kept - c->all->party);
     clouds->count[COAGULATIONS]++;
 }
 
-static void meet(void *data, struct party *a, struct party *b, const double shift[3], double time)
+/* Pairs that are bound but would be too heavy as one bounce without loss: with one they would come to rest on each other and
+ * bounce endlessly. */
+static bool meet(void *data, struct party *a, struct party *b, const double shift[3], double time)
 {
     const struct context *c = data;
     struct clouds *clouds = c->clouds;
     bool small = a->body.mass + b->body.mass <= clouds->most, can = !(isinf(a->span) && isinf(b->span));
     bool sticks = clouds->coagulation == ALWAYS ||
                   (clouds->coagulation == BOUND && collide_bound(c->sim->units.G, &a->body, &b->body));
-    clouds->count[COLLISIONS]++;
+    const double left = sticks && !small ? 1 : clouds->restitution;
     if (sticks && small && can) coagulate(c, a, b, shift);
-    else clouds->radiated += collide_bounce(&a->body, &b->body, shift, clouds->restitution, time);
+    else if (!collide_bounce(&a->body, &b->body, shift, left, time, &clouds->radiated)) return false;
+    clouds->count[COLLISIONS]++;
+    return true;
 }
 
 static int by_ids(const void *x, const void *y)
@@ -250,18 +196,18 @@ static int by_ids(const void *x, const void *y)
 /* Couple after couple in the order of their ids. */
 static void rub(const struct context *c)
 {
-    struct gathering *g = c->g;
-    uint64_t (*order)[3] = mem_alloc("clouds", (size_t)g->couples * sizeof *order);
-    for (int64_t k = 0; k < g->couples; k++) {
-        uint64_t a = g->party[g->couple[k].a].id, b = g->party[g->couple[k].b].id;
+    struct partners *all = c->all;
+    uint64_t (*order)[3] = mem_alloc("clouds", (size_t)all->couples * sizeof *order);
+    for (int64_t k = 0; k < all->couples; k++) {
+        uint64_t a = all->party[all->couple[k].a].id, b = all->party[all->couple[k].b].id;
         order[k][0] = a < b ? a : b;
         order[k][1] = a < b ? b : a;
         order[k][2] = (uint64_t)k;
     }
-    if (g->couples > 0) qsort(order, (size_t)g->couples, sizeof *order, by_ids);
-    for (int64_t k = 0; k < g->couples; k++) {
-        const struct couple *couple = &g->couple[order[k][2]];
-        struct party *a = &g->party[couple->a], *b = &g->party[couple->b];
+    if (all->couples > 0) qsort(order, (size_t)all->couples, sizeof *order, by_ids);
+    for (int64_t k = 0; k < all->couples; k++) {
+        const struct couple *couple = &all->couple[order[k][2]];
+        struct party *a = &all->party[couple->a], *b = &all->party[couple->b];
         double lost = collide_rub(&a->body, &b->body, couple->shift, &c->clouds->viscosity, fmin(a->span, b->span));
         if (!(lost > 0)) continue;
         a->version++;
@@ -282,22 +228,23 @@ static void write_back(const struct context *c)
 {
     struct sim *sim = c->sim;
     struct species *cloud = &sim->species[CLOUD];
-    int32_t *sleeping = mem_array("clouds", int32_t, c->g->n), asleep = 0;
-    for (int32_t p = 0; p < c->g->n; p++) {
-        const struct party *party = &c->g->party[p];
+    int32_t *sleeping = mem_array("clouds", int32_t, c->all->n), asleep = 0;
+    for (int32_t p = 0; p < c->all->n; p++) {
+        const struct party *party = &c->all->party[p];
         if (party->version == 0 || party->joined >= 0) continue;
-        struct body old = partners_body(sim, party->row);
+        struct body old = partners_body(sim, &c->clouds->size, party->row);
         double lag = timeline_lag(&sim->time, cloud->rung[party->row], cloud->rung0[party->row]);
         for (int k = 0; k < 3; k++) {
             double change = party->body.vel[k] - old.vel[k];
             cloud->vel[party->row][k] += change;
             cloud->pos[party->row][k] += party->body.pos[k] - old.pos[k] - lag * change;
         }
+        for (int k = 0; k < 3; k++) cloud->acc[party->row][k] = (float)party->body.acc[k];
         cloud->mass[party->row] = party->body.mass;
         if (isinf(party->span)) sleeping[asleep++] = party->row;
     }
-    for (int32_t p = 0; p < c->g->n; p++)
-        if (c->g->party[p].joined >= 0) ranks_remove(sim, CLOUD, c->g->party[p].row);
+    for (int32_t p = 0; p < c->all->n; p++)
+        if (c->all->party[p].joined >= 0) ranks_remove(sim, CLOUD, c->all->party[p].row);
     if (asleep > 0) qsort(sleeping, (size_t)asleep, sizeof *sleeping, ascending);
     tree_follow_rows(sim, CLOUD, sleeping, asleep);
     mem_free(sleeping);
@@ -307,24 +254,32 @@ static void write_back(const struct context *c)
 static void event(struct sim *sim, void *state)
 {
     struct clouds *clouds = state;
-    struct gathering g = {0};
+    const struct species *cloud = &sim->species[CLOUD];
+    struct partners all = {0};
     uint64_t keep = sim->want_potential ? (uint64_t)1 << COLUMN_pot : 0;
-    if (sim->species[CLOUD].n_ending == 0) return;
+    clouds->untold = 0;
+    if (cloud->n_ending == 0) return;
     for (int c = 0; c < N_COLUMNS; c++) keep |= (uint64_t)(column_table[c].lifetime == KEEP) << c;
     ranks_share(sim, keep);
-    gather(sim, clouds, &g);
-    struct context context = {sim, clouds, &g};
+    for (int64_t e = 0; e < cloud->n_ending; e++)
+        clouds->widest = fmax(clouds->widest, cloud_radius(&clouds->size, cloud->mass[cloud->ending[e]]));
+    if (cloud->n > clouds->speeds) {
+        clouds->speed = mem_resize("clouds", clouds->speed, (size_t)cloud->capacity * sizeof *clouds->speed);
+        clouds->speeds = cloud->capacity;
+    }
+    partners_gather(sim, &clouds->size, clouds->widest, clouds->speed, &all);
+    struct context context = {sim, clouds, &all};
     const struct meetings_rule rule = {meet, &context};
-    if (clouds->variant == STICKY) clouds->count[POSTPONED] += meetings_run(g.party, g.n, g.couple, g.couples, &rule);
+    if (clouds->variant == STICKY) clouds->count[POSTPONED] += meetings_run(all.party, all.n, all.couple, all.couples, &rule);
     else rub(&context);
     write_back(&context);
-    release(sim, &g);
+    partners_free(&all);
 }
 
 /* Way within a step: of pairs only the nearest images meet, so that in a box it stays well below half a side. */
 static double longest_way(const struct sim *sim, const struct clouds *clouds, double mass)
 {
-    double way = clouds->crossing * 2 * radius_of(clouds, mass);
+    double way = clouds->crossing * 2 * cloud_radius(&clouds->size, mass);
     for (int k = 0; k < 3; k++)
         if (sim->box.side[k] > 0) way = fmin(way, 0.25 * sim->box.side[k]);
     return way;
@@ -364,7 +319,7 @@ static void energy(struct sim *sim, void *state, struct energy_sink *sink)
     const struct clouds *clouds = state;
     const double one = comm_rank() == 0;
     sink->add(sink, "radiated_clouds", one * clouds->radiated);
-    if (sim_state(sim, "gravity")) sink->add(sink, "booked_clouds_bound", one * clouds->bound);
+    if (sim_state(sim, "gravity")) sink->add(sink, "booked_clouds_bound", one * (clouds->bound + clouds->untold));
 }
 
 /* Rates are the means since the row before. */
@@ -379,7 +334,7 @@ static void budget(struct sim *sim, void *state, struct energy_sink *sink)
     for (int64_t i = cloud->own; i < cloud->own + cloud->n_own; i++) live += !species_gone(cloud, i);
     for (int64_t i = 0; i < cloud->n; i++) heaviest = fmax(heaviest, cloud->mass[i]);
     sink->add(sink, "clouds [1]", live);
-    sink->add(sink, "heaviest_cloud [Msun]", one * heaviest * clouds->suns);
+    sink->add(sink, "heaviest_cloud [Msun]", one * heaviest * clouds->size.suns);
     for (int c = 0; c < N_TALLIES; c++) {
         snprintf(name, sizeof name, "cloud_%s [1]", names[c]);
         sink->add(sink, name, one * (double)clouds->count[c]);
@@ -390,7 +345,7 @@ static void budget(struct sim *sim, void *state, struct energy_sink *sink)
     clouds->at = now;
     for (int k = 0; k < 3; k++) {
         snprintf(name, sizeof name, "cloud_spin_%c [Msun kpc km s^-1]", 'x' + k);
-        const double unit = clouds->suns * sim->units.length / (1e3 * CONST_PC) * sim->units.velocity / 1e5;
+        const double unit = clouds->size.suns * sim->units.length / (1e3 * CONST_PC) * sim->units.velocity / 1e5;
         sink->add(sink, name, one * clouds->spin[k] * unit);
     }
 }
@@ -403,7 +358,7 @@ static void warn(struct sim *sim, void *state)
     const struct clouds *clouds = state;
     const struct species *cloud = &sim->species[CLOUD];
     double filled = 0, volume = sim->box.side[0] * sim->box.side[1] * sim->box.side[2];
-    for (int64_t i = 0; i < cloud->n; i++) filled += 4 * acos(-1) / 3 * pow(radius_of(clouds, cloud->mass[i]), 3);
+    for (int64_t i = 0; i < cloud->n; i++) filled += 4 * acos(-1) / 3 * pow(cloud_radius(&clouds->size, cloud->mass[i]), 3);
     if (volume > 0 && filled > crowded * volume)
         log_warning("clouds fill %.2g of the box: their free path is shorter than they are", filled / volume);
 }

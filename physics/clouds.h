@@ -6,4 +6,7 @@
 
 /* Radius of a cloud of that mass, in code units. The scene has the block `clouds`. */
 double clouds_radius(const struct sim *sim, double mass);
+/* What else is to be done when a cloud takes another one in: called before their masses become one. */
+typedef void clouds_joined(struct sim *sim, int32_t kept, int32_t taken);
+void clouds_when_joined(struct sim *sim, clouds_joined *joined);
 #endif

@@ -53,13 +53,16 @@ static double line_of(const struct body *a, const struct body *b, const double s
     return r;
 }
 
-double collide_bounce(struct body *a, struct body *b, const double shift[3], double restitution, double time)
+bool collide_bounce(struct body *a, struct body *b, const double shift[3], double restitution, double time, double *lost)
 {
     double n[3], v[3], mu = a->mass * b->mass / (a->mass + b->mass);
     line_of(a, b, shift, time, n, v);
+    for (int k = 0; k < 3; k++) v[k] += time * (b->acc[k] - a->acc[k]);
     double along = dot(n, v);
+    if (!(along < 0)) return false;
     push(a, b, n, -(1 + restitution) * mu * along, time);
-    return 0.5 * mu * (1 - restitution * restitution) * along * along;
+    *lost += 0.5 * mu * (1 - restitution * restitution) * along * along;
+    return true;
 }
 
 double collide_merge(struct body *a, const struct body *b, const double shift[3], double spin[3])
@@ -75,6 +78,7 @@ double collide_merge(struct body *a, const struct body *b, const double shift[3]
         spin[k] += mu * (r[p] * v[q] - r[q] * v[p]);
         a->pos[k] += part * r[k];
         a->vel[k] += part * v[k];
+        a->acc[k] += part * (b->acc[k] - a->acc[k]);
     }
     a->mass = whole;
     return 0.5 * mu * dot(v, v);

@@ -99,7 +99,7 @@ int64_t meetings_run(struct party *party, int32_t n, const struct couple *couple
             left++;
             continue;
         }
-        rule->meet(rule->data, a, b, two->shift, meeting.time);
+        if (!rule->meet(rule->data, a, b, two->shift, meeting.time)) continue;
         a->version++;
         b->version++;
         for (int32_t k = q.first[two->a]; k < q.first[two->a + 1]; k++) look(&q, q.list[k], meeting.time);

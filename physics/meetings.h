@@ -20,9 +20,9 @@ struct party {
 /* Two of them that may meet, a < b, and what makes b's image the nearest one. */
 struct couple { int32_t a, b; double shift[3]; };
 
-/* What a meeting does. */
+/* What a meeting does; false: nothing, since they have turned already. */
 struct meetings_rule {
-    void (*meet)(void *data, struct party *a, struct party *b, const double shift[3], double time);
+    bool (*meet)(void *data, struct party *a, struct party *b, const double shift[3], double time);
     void *data;
 };
 

@@ -1,17 +1,30 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * Clouds that a cloud may have met during its step, through the tree's boxes. */
+ * Clouds that may have met within the steps that end now, found through the tree's boxes. */
 #ifndef TEPHRA_PARTNERS_H
 #define TEPHRA_PARTNERS_H
-#include "collide.h"
+#include "meetings.h"
 #include "sim.h"
+#include <math.h>
+
+/* Radius of a cloud: `radius` at 1e6 Msun, ~ mass^power; suns: a code unit of mass in Msun. */
+struct cloud_size { double radius, power, suns; };
+static inline double cloud_radius(const struct cloud_size *size, double mass)
+{ return size->radius * pow(mass * size->suns / 1e6, size->power); }
 
 /* State now of a cloud row, its radius included. */
-struct body partners_body(const struct sim *sim, int32_t row);
+struct body partners_body(const struct sim *sim, const struct cloud_size *size, int32_t row);
 
-struct partners { int32_t *row; int32_t n, capacity; double speed; };
+/* Clouds whose step ends now, those that they may have met, and each couple of them once. */
+struct partners {
+    struct party *party;
+    struct couple *couple;
+    int32_t n;
+    int64_t couples;
+};
 
-/* The other clouds that `row` can have come within reach of within `span`, and the largest relative speed of them; then all
- * that lie within the way of that speed, since one that is deflected may meet any of them. widest: radius that no cloud
- * exceeds. The list is empty at first; any thread. */
-void partners_find(const struct sim *sim, int32_t row, double span, double widest, struct partners *list);
+/* For each cloud whose step ends now: the clouds that can have come within its reach within its step, and the largest relative
+ * speed of them, which is noted in speed[row]; then all that lie within the way of that speed, since one that is deflected may
+ * meet any of them. widest: radius that no cloud exceeds. */
+void partners_gather(struct sim *sim, const struct cloud_size *size, double widest, float *speed, struct partners *partners);
+void partners_free(struct partners *partners);
 #endif

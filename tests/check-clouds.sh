@@ -29,6 +29,22 @@ expect_status 0 tephra run "$scene" $small --set clouds.variant=viscous --out vi
 awk -v e="$(last viscous/energy.csv error)" -v r="$(last viscous/energy.csv radiated_clouds)" \
     'BEGIN { exit !(e < 1e-13 && e > -1e-13 && r > 0.001) }' || fail "viscous: $(tail -n 1 viscous/energy.csv)"
 
+# Under gravity: clouds at rest fall together, become one another and heaps at the mass limit.
+expect_status 0 tephra run "$scene" --set start.n=800 --set start.dispersion=0 --set box.x=0.8 --set box.y=0.8 --set box.z=0.8 \
+    --set time.end=0.01Myr --out rest
+cat >heap.yml <<END
+units: {length: kpc, mass: 1e10 Msun, velocity: km/s}
+start: {file: rest/snapshot_000.hdf5}
+time: {end: 50 Myr}
+output: {snapshot_every: 50 Myr}
+gravity: {softening: 10 pc}
+clouds: {}
+END
+expect_status 0 tephra run heap.yml --out heap
+awk -v n="$(last heap/budget.csv cloud_coagulations)" 'BEGIN { exit !(n > 500) }' || fail "the heap: $(tail -n 1 heap/budget.csv)"
+awk -F, 'NR == 1 { for (i = 1; i <= NF; i++) if ($i == "error") at = i }
+    NR > 1 && ($at > 0.005 || $at < -0.005) { exit bad = 1 } END { exit bad }' heap/energy.csv || fail "energy of a heap of clouds"
+
 # Said and refused.
 expect_status 0 tephra check "$scene" --set "box.x=500 pc" --set "box.y=500 pc" --set "box.z=500 pc"
 expect_text 'clouds fill' err

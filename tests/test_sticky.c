@@ -102,7 +102,8 @@ static void test_pairs(void **unused)
         for (int k = 0; k < 3; k++) d2 += at[k] * at[k];
         assert_true(time >= -2 && time <= 0 && (fabs(sqrt(d2) - reach) < 1e-9 || (time == -2 && d2 < reach * reach)));
         memcpy(now, pair, sizeof now);
-        lost = collide_bounce(&now[0], &now[1], none, 0.2, time);
+        lost = 0;
+        assert_true(collide_bounce(&now[0], &now[1], none, 0.2, time, &lost));
         check_sums(pair, now, 2, none, lost);
         for (int b = 0; b < 2; b++)     /* they were where they met */
             for (int k = 0; k < 3; k++)
@@ -121,7 +122,7 @@ static void test_viscosity(void **unused)
 {
     (void)unused;
     const struct viscosity viscosity = {1, 2, 0.5};
-    struct body start[2] = {{1, 1, {0}, {0}}, {2, 1.5, {1.2, 0, 0}, {-3, 0.5, 0}}}, once[2], often[2];
+    struct body start[2] = {{1, 1, {0}, {0}, {0}}, {2, 1.5, {1.2, 0, 0}, {-3, 0.5, 0}, {0}}}, once[2], often[2];
     memcpy(once, start, sizeof once);
     memcpy(often, start, sizeof often);
     double lost = collide_rub(&once[0], &once[1], none, &viscosity, 0.2), sum = 0;
@@ -134,12 +135,13 @@ static void test_viscosity(void **unused)
 
 static int met_order[8][2], n_met;
 
-static void bounce_all(void *data, struct party *a, struct party *b, const double shift[3], double time)
+static bool bounce_all(void *data, struct party *a, struct party *b, const double shift[3], double time)
 {
     (void)data;
     met_order[n_met][0] = (int)a->id;
     met_order[n_met++][1] = (int)b->id;
-    collide_bounce(&a->body, &b->body, shift, 1, time);
+    double lost = 0;
+    return collide_bounce(&a->body, &b->body, shift, 1, time, &lost);
 }
 
 /* Equal elastic clouds on a line: the first hits the second, that the third, all in one step, and the third leaves with the
@@ -153,7 +155,7 @@ static void test_three(void **unused)
         const struct couple couple[3] = {{0, 1, {0}}, {1, 2, {0}}, {0, 2, {0}}};
         for (int k = 0; k < 3; k++) {
             int who = (k + turn) % 3;       /* at the step's start at x = 0, 3, 6; the first with speed 5 */
-            party[k] = (struct party){{1, 0.5, {3 * who + (who == 0 ? 10 : 0), 0, 0}, {who == 0 ? 5 : 0, 0, 0}},
+            party[k] = (struct party){{1, 0.5, {3 * who + (who == 0 ? 10 : 0), 0, 0}, {who == 0 ? 5 : 0, 0, 0}, {0}},
                                       (uint64_t)who + 1, k, 0, 2, -1};
         }
         n_met = 0;
@@ -174,8 +176,8 @@ static void test_tie(void **unused)
     (void)unused;
     const struct meetings_rule rule = {bounce_all, NULL};
     const struct couple couple[2] = {{0, 1, {0}}, {1, 2, {0}}};
-    struct party party[3] = {{{1, 0.5, {1, 0, 0}, {1, 0, 0}}, 30, 0, 0, 2, -1}, {{1, 0.5, {0, 0, 0}, {0}}, 20, 1, 0, 2, -1},
-                             {{1, 0.5, {-1, 0, 0}, {-1, 0, 0}}, 10, 2, 0, 2, -1}};
+    struct party party[3] = {{{1, 0.5, {1, 0, 0}, {1, 0, 0}, {0}}, 30, 0, 0, 2, -1}, {{1, 0.5, {0, 0, 0}, {0}, {0}}, 20, 1, 0, 2, -1},
+                             {{1, 0.5, {-1, 0, 0}, {-1, 0, 0}, {0}}, 10, 2, 0, 2, -1}};
     n_met = 0;
     meetings_run(party, 3, couple, 2, &rule);
     assert_true(n_met >= 2 && met_order[0][0] + met_order[0][1] == 30);
@@ -362,11 +364,32 @@ static void test_smoluchowski(void **unused)
     check_mean(&number, 667, "clouds left over Smoluchowski's number");
 }
 
+/* A ball thrown up from the ground with speed w under -g, seen at the end of a step in which it came down and bounced: what it is
+ * given is what it had when it met, so that its energy is that of the exact motion but for the square of the time since. */
+static void test_falls(void **unused)
+{
+    (void)unused;
+    const double g = 2, w = 1, e = 0.5;
+    double error[2];
+    for (int fine = 0; fine < 2; fine++) {
+        const double since = fine ? 0.005 : 0.01, v = w + g * since;     /* it met `since` ago, and has fallen on */
+        struct body ground = {1e12, 1, {0}, {0}, {0}}, ball = {1, 1, {2 - w * since - 0.5 * g * since * since, 0, 0}, {-v, 0, 0}, {-g, 0, 0}};
+        double r[3] = {ball.pos[0], 0, 0}, time, lost = 0;
+        assert_true(collide_contact(r, ball.vel, 2, -10 * since, &time));
+        assert_true(collide_bounce(&ground, &ball, none, e, time, &lost));
+        double energy = 0.5 * ball.vel[0] * ball.vel[0] + g * (ball.pos[0] - 2);
+        error[fine] = fabs(energy - 0.5 * e * e * w * w);
+        assert_true(fabs(lost - 0.5 * (1 - e * e) * w * w) < 2 * g * since * since * 2);
+        assert_false(collide_bounce(&ground, &ball, none, e, time, &lost));
+    }
+    assert_true(error[0] < 0.002 && error[1] < 0.3 * error[0]);
+}
+
 int main(void)
 {
     log_silence(true);
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_pairs), cmocka_unit_test(test_viscosity), cmocka_unit_test(test_three),
-                                       cmocka_unit_test(test_tie), cmocka_unit_test(test_rates),
+                                       cmocka_unit_test(test_tie), cmocka_unit_test(test_falls), cmocka_unit_test(test_rates),
                                        cmocka_unit_test(test_haff), cmocka_unit_test(test_smoluchowski)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
