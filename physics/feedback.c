@@ -180,7 +180,7 @@ static void end(struct sim *sim, void *state)
 
 /* What a star row owes, in code units; elements include what its stars were born with. */
 struct due {
-    double age, mass, energy, element[N_ELEMENTS], made[N_ELEMENTS];
+    double age, mass, energy, advance, element[N_ELEMENTS], made[N_ELEMENTS];
     double mass_by[N_POPULATION_CAUSES], energy_by[N_POPULATION_CAUSES], events_by[N_POPULATION_CAUSES];
     struct nearest nearest;
 };
@@ -248,6 +248,11 @@ static bool find_due(const struct sim *sim, const struct feedback *feedback, int
         due->energy += due->energy_by[c] = due->events_by[c] * energy_of(feedback, c);
         for (int e = 0; e < N_ELEMENTS; e++) due->element[e] += born * fmax(element[e], 0);
     }
+    if (star->advance) {        /* its cloud has had a part of it (cloud_stars) */
+        due->advance = fmin(star->advance[i], due->energy_by[POPULATION_SNII]);
+        due->energy_by[POPULATION_SNII] -= due->advance;
+        due->energy -= due->advance;
+    }
     for (int e = 0; e < N_ELEMENTS; e++) due->made[e] = due->element[e] - share[e] * due->mass;
     nearest_gas(sim, star->pos[i], (int)feedback->neighbours, &due->nearest);
     return true;
@@ -288,6 +293,7 @@ static void pay(struct sim *sim, struct feedback *feedback, int64_t i, const str
     }
     star->mass[i] -= due->mass;
     star->age_paid[i] = due->age;
+    if (star->advance) star->advance[i] -= due->advance;
     double given = deposit_to_gas(sim, &deposit, &due->nearest, &feedback->wishes);
     for (int c = 0; c < N_POPULATION_CAUSES; c++) {
         if (due->energy > 0) feedback->injected[c] += due->energy_by[c] * (given / due->energy);

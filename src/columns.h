@@ -36,6 +36,8 @@
     COLUMN(hole,     uint8_t,     , KEEP, "1",        "BlackHole",       "1: a black hole, 0: stars") \
     COLUMN(children, uint8_t,     , KEEP, "1",        "",                "rows that this one has given birth to") \
     COLUMN(collapse, float,       , KEEP, "L V^-1",   "",                "time for which the gas has been collapsing, or has waited for a draw") \
+    COLUMN(ready,    double,      , KEEP, "L V^-1",   "",                "time at which a cloud forms its next stars; 0: not known yet") \
+    COLUMN(advance,  double,      , KEEP, "M V^2",    "",                "energy that its cloud has had of what a star's supernovae yield") \
     COLUMN(acc_exact,double,   [3], KEEP, "V^2 L^-1", "",                "acceleration at the row's own time, in double, for Hermite's schemes") \
     COLUMN(jerk,     double,   [3], KEEP, "V^3 L^-2", "",                "its first derivative in time") \
     COLUMN(snap,     double,   [3], KEEP, "V^4 L^-3", "",                "its second derivative") \

@@ -63,6 +63,16 @@ void species_permute(struct species *table, const int32_t *order, int64_t n);
  * use, from 56 on; 0 if those are in use too. */
 static inline uint64_t species_child(uint64_t parent, unsigned number)
 { return parent >> 56 ? 0 : parent | (uint64_t)number << (parent >> 48 ? 56 : 48); }
+/* The same for families without end: where all those bits are in use, a hash of both with the uppermost bit set (among 1e6 such
+ * rows two have one id with a chance of 5e-8). */
+static inline uint64_t species_heir(uint64_t parent, unsigned number)
+{
+    uint64_t id = species_child(parent, number), x = parent ^ number * UINT64_C(0x9E3779B97F4A7C15);
+    if (id != 0) return id;
+    x = (x ^ x >> 30) * UINT64_C(0xBF58476D1CE4E5B9);       /* SplitMix64: Steele, Lea & Flood 2014 */
+    x = (x ^ x >> 27) * UINT64_C(0x94D049BB133111EB);
+    return (x ^ x >> 31) | UINT64_C(1) << 63;
+}
 /* A row that was taken (ranks_remove): it has no mass and lies there until the tree is rebuilt. */
 static inline bool species_gone(const struct species *table, int64_t i) { return table->shrinks && table->id[i] == UINT64_MAX; }
 /* Rows that are not gone. */
