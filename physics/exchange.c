@@ -20,7 +20,7 @@ enum ledger { CONDENSED, EVAPORATED, DISSOLVED, MERGED, SPLIT, N_LEDGERS };
 struct exchange {
     /* Parameters. */
     int branches;
-    double drag, part, temperature, least, light, heavy, change, transition;
+    double drag, part, temperature, least, light, heavy, change, transition, every;
     int64_t neighbours;
     /* State. */
     struct conduction law;
@@ -28,6 +28,7 @@ struct exchange {
     double suns, years, pc;                 /* code units in Msun, years, pc */
     double kelvin, particles;               /* T of a unit of u; cm^-3 of a unit of density: mean molecular weight 0.61 */
     double u_cloud;                         /* specific internal energy of what evaporates */
+    int rung;                               /* of `every` */
     double gas_mass;                        /* mean mass of a gas row at the start */
     double radiated, brought, heat;         /* energy of gas that condensed; of clouds that evaporated; heat of the drag */
     double sum[N_LEDGERS], told[N_LEDGERS], at;
@@ -47,6 +48,9 @@ static const struct param params[] = {
     {"least", PARAM_REAL, "mass", "100 Msun", 0, 1e300, NULL, "clouds of less mass dissolve", true, offsetof(struct exchange, least)},
     {"neighbours", PARAM_COUNT, "", "50", 1, NEAREST_MOST, NULL, "gas rows that a cloud exchanges with", true,
      offsetof(struct exchange, neighbours)},
+    {"every", PARAM_REAL, "time", "0 yr", 0, 1e300, NULL,
+     "clouds with shorter steps exchange all at once, so often or, rounded to a step, more often", true,
+     offsetof(struct exchange, every)},
     {"change", PARAM_REAL, "", "0.1", 1e-4, 0.5, NULL, "part of its mass that a gas row gives in a step, at most", true,
      offsetof(struct exchange, change)},
     {"light", PARAM_REAL, "", "0.2", 0, 1, NULL, "gas rows of less than this part of the mean one of the start join a neighbour", true,
@@ -95,6 +99,7 @@ static void begin(struct sim *sim, void *state)
                                  x->branches == SHARP};
     if (x->branches != NONE && !(x->law.power > 0))
         fail(STATUS_INPUT, "clouds.power: must be above 0 where clouds condense and evaporate");
+    for (x->rung = RUNG_TOP; x->rung > 0 && timeline_seconds(&sim->time, (int64_t)1 << x->rung) > x->every;) x->rung--;
     if (x->gas_mass > 0) return;
     x->at = timeline_now(&sim->time);
     for (int64_t i = 0; i < gas->n; i++) {
@@ -346,6 +351,15 @@ static void reserve(struct exchange *x, const struct species *cloud)
     for (int64_t e = 0; e < cloud->n_ending; e++) x->longest[cloud->ending[e]] = INFINITY;
 }
 
+/* The time for which a cloud whose step ends now exchanges: its step, or, of those that are shorter than `every`, all at once at
+ * the ticks that this divides. The closed forms hold for any time. */
+static double due(const struct sim *sim, const struct exchange *x, int32_t row)
+{
+    const int own = sim->species[CLOUD].rung0[row];
+    if (own >= x->rung) return timeline_step(&sim->time, own);
+    return timeline_active(&sim->time, x->rung) ? timeline_step(&sim->time, x->rung) : 0;
+}
+
 /* All ranks hold all rows and do the same for the clouds of all, one after the other in row order; the search is shared
  * among threads. */
 static void event(struct sim *sim, void *state)
@@ -365,11 +379,12 @@ static void event(struct sim *sim, void *state)
     for (int64_t from = 0; from < n; from += BLOCK) {
         int64_t rows = n - from < BLOCK ? n - from : BLOCK;
 #pragma omp parallel for schedule(dynamic, 4)
-        for (int64_t k = 0; k < rows; k++) has[k] = find_bath(sim, x, cloud->ending[from + k], &bath[k]);
+        for (int64_t k = 0; k < rows; k++)
+            has[k] = due(sim, x, cloud->ending[from + k]) > 0 && find_bath(sim, x, cloud->ending[from + k], &bath[k]);
         for (int64_t k = 0; k < rows; k++) {
             int32_t row = cloud->ending[from + k];
-            double dt = timeline_step(&sim->time, cloud->rung0[row]);
-            if (!has[k] || !(dt > 0)) continue;
+            double dt = due(sim, x, row);
+            if (!has[k]) continue;
             measure_bath(sim, &bath[k]);
             if (x->drag > 0) drag(sim, x, row, &bath[k], dt);
             if (x->branches != NONE) conduct(sim, x, row, &bath[k], dt);
