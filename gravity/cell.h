@@ -229,7 +229,7 @@ HD struct cell_field cell_field(struct cell_vector r, real mass, struct cell_qua
 {
     real r2 = r.x * r.x + r.y * r.y + r.z * r.z + eps2;
     real y = real_rsqrt_guess(r2);
-    y *= 1.5f - 0.5f * r2 * y * y;
+    if (REAL_GUESS) y *= 1.5f - 0.5f * r2 * y * y;
     real y2 = y * y, my = mass * y;
     if (!quadrupole) {
         real pull = -my * y2;

@@ -90,8 +90,10 @@ DEVICE void walk_pair(struct walk_sums *s, const struct walk_row *t, const struc
     const float4 row = w->memory->row[j];
 #pragma unroll
     for (int k = 0; k < count; k++) {
-        float dx = row.x - t[k].x, dy = row.y - t[k].y, dz = row.z - t[k].z, r2 = dx * dx + dy * dy + dz * dz;
-        struct pair p = pair_any(form, r2, row.w, form == SOFT_COMMON ? w->soft2 : w->memory->soft[j] + t[k].soft);
+        float dx = row.x - t[k].x, dy = row.y - t[k].y, dz = row.z - t[k].z;
+        /* A softening that all rows share starts the sum of squares instead of being added to it. */
+        struct pair p = form == SOFT_COMMON ? pair_newton(w->soft2 + dx * dx + dy * dy + dz * dz, row.w)
+                                            : pair_any(form, dx * dx + dy * dy + dz * dz, row.w, w->memory->soft[j] + t[k].soft);
         s[k].x += p.pull * dx;
         s[k].y += p.pull * dy;
         s[k].z += p.pull * dz;
@@ -103,13 +105,14 @@ DEVICE void walk_pair(struct walk_sums *s, const struct walk_row *t, const struc
 template <softening_form form, int count>
 DEVICE void walk_rows_act(struct walk_warp *w, struct walk_row *t, int n)
 {
+    const int first = count > 1 ? 0 : w->part, step = count > 1 ? 1 : w->parts;     /* literals where lanes have two targets */
     struct walk_sums s[count] = {};
     __syncwarp();
     if (w->own) {
-        for (int j = w->part; j < n; j += w->parts) walk_pair<form, count, true>(s, t, w, j);
+        for (int j = first; j < n; j += step) walk_pair<form, count, true>(s, t, w, j);
     } else {
 #pragma unroll 4
-        for (int j = w->part; j < n; j += w->parts) walk_pair<form, count, false>(s, t, w, j);
+        for (int j = first; j < n; j += step) walk_pair<form, count, false>(s, t, w, j);
     }
     walk_promote<count>(t, s, 1.f, 1.f);
     w->pairs += n;
@@ -176,8 +179,9 @@ DEVICE void walk_cells_act(struct walk_warp *w, struct walk_row *t, const struct
                                                               unit2 * q[3], unit2 * q[4], unit2 * q[5]};
     }
     __syncwarp();
+    const int first = count > 1 ? 0 : w->part, step = count > 1 ? 1 : w->parts;
     struct walk_sums s[count] = {};
-    for (int j = w->part; j < n; j += w->parts) {
+    for (int j = first; j < n; j += step) {
         const struct walk_cell cell = m->cell[j];
 #pragma unroll
         for (int k = 0; k < count; k++) {
