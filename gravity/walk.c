@@ -67,7 +67,7 @@ static bool is_inside(const struct walk *w, int32_t s, int32_t target)
 }
 
 /* How far a reply is likely to be needed: a cell acts as a whole beyond about this part of its distance. */
-static const float likely_angle = 0.7f;
+static const float likely_angle = 0.9f;
 
 /* Asks for a cell's children, or its rows, on behalf of a target. */
 static void want(struct walk *w, int32_t target, int32_t source, bool rows)

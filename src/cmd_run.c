@@ -45,9 +45,9 @@ static char *default_folder(const char *scene)
 /* Takes away what a run writes, and nothing else. */
 static void clear_folder(const char *folder)
 {
-    const char *const kinds[] = {"used.yml", "log.txt", "energy.csv", "budget.csv", "profile.csv", "clumps_*.csv",
+    const char *const kinds[] = {"used.yml", "log.txt", "energy.csv", "budget.csv", "profile.csv", "ranks.csv", "clumps_*.csv",
                                  "snapshot_*.hdf5", "picture_*.png", "checkpoint*.hdf5", "stop",
-                                 "used.yml.tmp", "profile.csv.tmp", "snapshot_*.hdf5.tmp", "picture_*.png.tmp",
+                                 "used.yml.tmp", "profile.csv.tmp", "ranks.csv.tmp", "snapshot_*.hdf5.tmp", "picture_*.png.tmp",
                                  "checkpoint*.hdf5.tmp"};
     log_warning("%s: taking away the files of the run before (--force)", folder);
     for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++) cmd_remove_files(folder, kinds[k]);

@@ -30,4 +30,8 @@ void comm_gather_counts(int64_t own, int64_t *counts);
 void comm_exchange_counts(const int64_t *out, int64_t *in, int counts);
 /* To every rank r the next out_bytes[r] bytes of `out`, from every rank the next in_bytes[r] bytes of `in`. */
 void comm_exchange(const void *out, const int64_t *out_bytes, void *in, const int64_t *in_bytes);
+/* What all this has cost this rank so far: bytes sent to other ranks; seconds by the clock in the short calls that all ranks
+ * must reach (wait) and in those that carry data (talk); CPU seconds in both. Reported, never used in a decision. */
+struct comm_cost { int64_t bytes; double wait, talk, cpu; };
+struct comm_cost comm_cost(void);
 #endif

@@ -4,12 +4,25 @@
 #include "comm.h"
 #include "fail.h"
 #include "mem.h"
+#include "profile.h"
 #include <limits.h>
 #include <mpi.h>
 #include <omp.h>
 #include <sched.h>
 #include <stdlib.h>
 #include <string.h>
+
+static struct comm_cost cost;    /* of this process */
+
+struct comm_cost comm_cost(void) { return cost; }
+
+struct started { double wall, cpu; };
+static struct started start_call(void) { return (struct started){profile_wall(), profile_cpu()}; }
+static void end_call(struct started started, double *sum)
+{
+    *sum += profile_wall() - started.wall;
+    cost.cpu += profile_cpu() - started.cpu;
+}
 
 /* Set by the launchers of Open MPI, of PMIx and PMI-2 ones such as Slurm's, and of MPICH. */
 static bool launched(void)
@@ -91,8 +104,10 @@ void comm_sum(double *values, int count)
 {
     int size = comm_size();
     if (size == 1) return;
+    const struct started started = start_call();
     double *all = mem_array("ranks", double, (int64_t)size * count);
     MPI_Allgather(values, count, MPI_DOUBLE, all, count, MPI_DOUBLE, MPI_COMM_WORLD);
+    end_call(started, &cost.wait);
     for (int i = 0; i < count; i++) {
         values[i] = 0;
         for (int r = 0; r < size; r++) values[i] += all[(int64_t)r * count + i];
@@ -100,25 +115,22 @@ void comm_sum(double *values, int count)
     mem_free(all);
 }
 
-void comm_sum_int(int64_t *values, int count)
+static void reduce(void *values, int count, MPI_Datatype type, MPI_Op operation)
 {
-    if (comm_size() > 1) MPI_Allreduce(MPI_IN_PLACE, values, count, MPI_INT64_T, MPI_SUM, MPI_COMM_WORLD);
+    if (comm_size() == 1) return;
+    const struct started started = start_call();
+    MPI_Allreduce(MPI_IN_PLACE, values, count, type, operation, MPI_COMM_WORLD);
+    end_call(started, &cost.wait);
 }
 
-void comm_min(double *values, int count)
-{
-    if (comm_size() > 1) MPI_Allreduce(MPI_IN_PLACE, values, count, MPI_DOUBLE, MPI_MIN, MPI_COMM_WORLD);
-}
-
-void comm_max(double *values, int count)
-{
-    if (comm_size() > 1) MPI_Allreduce(MPI_IN_PLACE, values, count, MPI_DOUBLE, MPI_MAX, MPI_COMM_WORLD);
-}
+void comm_sum_int(int64_t *values, int count) { reduce(values, count, MPI_INT64_T, MPI_SUM); }
+void comm_min(double *values, int count) { reduce(values, count, MPI_DOUBLE, MPI_MIN); }
+void comm_max(double *values, int count) { reduce(values, count, MPI_DOUBLE, MPI_MAX); }
 
 void comm_min_bytes(uint8_t *values, int64_t count)
 {
     check(count <= INT_MAX);
-    if (comm_size() > 1) MPI_Allreduce(MPI_IN_PLACE, values, (int)count, MPI_UINT8_T, MPI_MIN, MPI_COMM_WORLD);
+    reduce(values, (int)count, MPI_UINT8_T, MPI_MIN);
 }
 
 void comm_broadcast(void *data, size_t bytes, int root)
@@ -135,30 +147,38 @@ void comm_gather_all(void *all, const int64_t *bytes)
     int64_t total = 0;
     for (int r = 0; r < size; r++) total += bytes[r];
     if (size == 1) return;
+    const struct started started = start_call();
+    cost.bytes += bytes[comm_rank()] * (size - 1);
     if (total < MOST) {
         int *count = mem_array("ranks", int, 2 * size), *at = count + size;
         for (int r = 0; r < size; r++) count[r] = (int)bytes[r];
         for (int r = 1; r < size; r++) at[r] = at[r - 1] + count[r - 1];
         MPI_Allgatherv(MPI_IN_PLACE, 0, MPI_BYTE, all, count, at, MPI_BYTE, MPI_COMM_WORLD);
         mem_free(count);
-        return;
+    } else {
+        char *part = all;
+        for (int r = 0; r < size; part += bytes[r++])
+            for (int64_t done = 0; done < bytes[r]; done += MOST)
+                MPI_Bcast(part + done, (int)(bytes[r] - done < MOST ? bytes[r] - done : MOST), MPI_BYTE, r, MPI_COMM_WORLD);
     }
-    char *part = all;
-    for (int r = 0; r < size; part += bytes[r++])
-        for (int64_t done = 0; done < bytes[r]; done += MOST)
-            MPI_Bcast(part + done, (int)(bytes[r] - done < MOST ? bytes[r] - done : MOST), MPI_BYTE, r, MPI_COMM_WORLD);
+    end_call(started, &cost.talk);
 }
 
 void comm_gather_counts(int64_t own, int64_t *counts)
 {
     counts[0] = own;
-    if (comm_size() > 1) MPI_Allgather(&own, 1, MPI_INT64_T, counts, 1, MPI_INT64_T, MPI_COMM_WORLD);
+    if (comm_size() == 1) return;
+    const struct started started = start_call();
+    MPI_Allgather(&own, 1, MPI_INT64_T, counts, 1, MPI_INT64_T, MPI_COMM_WORLD);
+    end_call(started, &cost.wait);
 }
 
 void comm_exchange_counts(const int64_t *out, int64_t *in, int counts)
 {
+    const struct started started = start_call();
     if (comm_size() == 1) memcpy(in, out, (size_t)counts * sizeof *in);
     else MPI_Alltoall(out, counts, MPI_INT64_T, in, counts, MPI_INT64_T, MPI_COMM_WORLD);
+    end_call(started, &cost.wait);
 }
 
 /* Messages of one direction, part by part; `requests` grows. */
@@ -176,6 +196,7 @@ static MPI_Request *next_request(struct messages *m)
 void comm_exchange(const void *out, const int64_t *out_bytes, void *in, const int64_t *in_bytes)
 {
     const int size = comm_size(), rank = comm_rank();
+    const struct started started = start_call();
     struct messages m = {0};
     const char *from = out;
     char *to = in;
@@ -190,7 +211,9 @@ void comm_exchange(const void *out, const int64_t *out_bytes, void *in, const in
         for (int64_t at = 0; at < out_bytes[r] && r != rank; at += MOST)
             MPI_Isend(from + at, (int)(out_bytes[r] - at < MOST ? out_bytes[r] - at : MOST), MPI_BYTE, r, 0, MPI_COMM_WORLD,
                       next_request(&m));
+        cost.bytes += r == rank ? 0 : out_bytes[r];
     }
     MPI_Waitall(m.n, m.request, MPI_STATUSES_IGNORE);
     mem_free(m.request);
+    end_call(started, &cost.talk);
 }

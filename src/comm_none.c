@@ -23,3 +23,4 @@ void comm_gather_counts(int64_t own, int64_t *counts) { counts[0] = own; }
 void comm_exchange_counts(const int64_t *out, int64_t *in, int counts) { memcpy(in, out, (size_t)counts * sizeof *in); }
 void comm_exchange(const void *out, const int64_t *out_bytes, void *in, const int64_t *in_bytes)
 { if (in_bytes[0] > 0) memcpy(in, out, (size_t)out_bytes[0]); }
+struct comm_cost comm_cost(void) { return (struct comm_cost){0, 0, 0, 0}; }

@@ -15,8 +15,8 @@
 enum { CHILDREN_FOLLOW = 1, ROWS_FOLLOW = 2 };
 
 #define BIT(name) ((uint64_t)1 << COLUMN_##name)
-#define MOTION (BIT(pos) | BIT(vel) | BIT(acc) | BIT(mass) | BIT(rung) | BIT(rung0) | BIT(hole))
-static const uint64_t motion = MOTION;
+#define PLACE (BIT(pos) | BIT(mass) | BIT(rung) | BIT(rung0) | BIT(hole))
+#define MOTION (PLACE | BIT(vel) | BIT(acc))
 static const uint64_t shared = MOTION | BIT(u) | BIT(du) | BIT(h) | BIT(rho) | BIT(balsara) | BIT(omega) | BIT(div_v)
                              | BIT(next_rung);
 
@@ -219,14 +219,16 @@ static void put_rows(const struct species *s, uint64_t columns, int32_t first, i
     }
 }
 
-static uint64_t columns_of(enum ghost_rows rows) { return rows == GHOST_ALL ? shared : motion; }
+/* Where the steps of all rows end now, none of them has to be predicted. */
+static uint64_t columns_of(const struct sim *sim, enum ghost_rows rows)
+{ return rows == GHOST_ALL ? shared : timeline_synchronous(&sim->time) ? PLACE : MOTION; }
 
 static void send_rows(struct sim *sim, int32_t n, int to, enum ghost_rows rows, struct buffer *out)
 {
     const struct node *node = &sim->tree.node[n];
     for (int s = 0; s < N_SPECIES; s++) {
         if (node->count[s] == 0) continue;
-        put_rows(&sim->species[s], columns_of(rows), node->first[s], node->count[s], out);
+        put_rows(&sim->species[s], columns_of(sim, rows), node->first[s], node->count[s], out);
         if (rows == GHOST_ALL) note(&sim->ghosts->peer[to].rows_out, (struct span){s, node->first[s], node->count[s]});
     }
 }
@@ -279,7 +281,7 @@ static void receive_rows(struct sim *sim, int32_t n, int owner, enum ghost_rows 
     const struct node node = sim->tree.node[n];
     for (int s = 0; s < N_SPECIES; s++) {
         if (node.count[s] == 0) continue;
-        take_rows(&sim->species[s], columns_of(rows), node.first[s], node.count[s], from);
+        take_rows(&sim->species[s], columns_of(sim, rows), node.first[s], node.count[s], from);
         g->counts.rows += node.count[s];
         if (rows == GHOST_ALL) note(&g->peer[owner].rows_in, (struct span){s, node.first[s], node.count[s]});
     }

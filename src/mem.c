@@ -201,6 +201,15 @@ size_t mem_peak(void)
     return peak;
 }
 
+size_t mem_restart_peak(void)
+{
+    pthread_mutex_lock(&ledger.lock);
+    const size_t peak = ledger.peak;
+    ledger.peak = ledger.now;
+    pthread_mutex_unlock(&ledger.lock);
+    return peak;
+}
+
 size_t mem_process_peak(void)
 {
     struct rusage usage;

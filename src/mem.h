@@ -28,6 +28,8 @@ char *mem_vformat(const char *owner, const char *format, va_list arguments)
 /* Bytes held now and at the highest since the start, all owners together. Safe from any thread. */
 size_t mem_now(void);
 size_t mem_peak(void);
+/* The highest so far; counts from now on. */
+size_t mem_restart_peak(void);
 /* The most that the process had in memory, as the system counts it: program and libraries too, and no untouched pages. */
 size_t mem_process_peak(void);
 /* One line an owner: held now, highest. */

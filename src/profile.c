@@ -2,6 +2,7 @@
  * The profile of a run. */
 #include "profile.h"
 #include "comm.h"
+#include "ghosts.h"
 #include "mem.h"
 #include "module.h"
 #include "text_file.h"
@@ -9,9 +10,10 @@
 #include <string.h>
 #include <time.h>
 
-struct entry { double wall, cpu; int64_t calls, rows; };
+/* waited: CPU seconds in calls that wait for other ranks */
+struct entry { double wall, cpu, waited; int64_t calls, rows; };
 struct profile {
-    double wall, cpu;           /* at profile_start */
+    double wall, cpu, waited;   /* at profile_start */
     struct entry entry[];
 };
 
@@ -36,6 +38,7 @@ void profile_start(struct profile *profile)
 {
     profile->wall = profile_wall();
     profile->cpu = profile_cpu();
+    profile->waited = comm_cost().cpu;
 }
 
 void profile_stop(struct profile *profile, int call, int64_t rows)
@@ -43,6 +46,7 @@ void profile_stop(struct profile *profile, int call, int64_t rows)
     struct entry *entry = &profile->entry[call];
     entry->wall += profile_wall() - profile->wall;
     entry->cpu += profile_cpu() - profile->cpu;
+    entry->waited += comm_cost().cpu - profile->waited;
     entry->calls++;
     entry->rows += rows;
 }
@@ -63,4 +67,52 @@ void profile_write(const struct sim *sim, const char *path)
                 (long long)entry->calls, (long long)entry->rows);
     }
     if (!text_file_close(&file)) fail(STATUS_ENVIRONMENT, "%s: cannot be written: %s", path, strerror(errno));
+}
+
+static struct rank_cost own_cost(const struct sim *sim)
+{
+    const struct comm_cost comm = comm_cost();
+    const struct ghost_counts ghosts = ghosts_counts(sim);
+    struct rank_cost cost = {.communication = comm.talk, .wait = comm.wait, .bytes = (double)comm.bytes,
+                             .ghost_rows = (double)ghosts.rows, .ghost_cells = (double)ghosts.cells,
+                             .rounds = (double)ghosts.rounds, .memory = (double)mem_peak()};
+    for (int c = 0; c < sim->n_call; c++) {
+        const struct entry *entry = &sim->profile->entry[c];
+        const bool builds = sim->call[c].hook == HOOK_ARRANGE;
+        *(builds ? &cost.construction : &cost.calculation) += entry->cpu - entry->waited;
+        if (sim->call[c].hook == HOOK_LIMIT && strcmp(sim->use[sim->call[c].use].module->name, "steps") == 0)
+            cost.updates = (double)entry->rows;
+    }
+    for_species(sim, s) cost.rows += (double)s->n_own;
+    return cost;
+}
+
+void profile_write_ranks(const struct sim *sim, const char *path)
+{
+    const int size = comm_size();
+    struct rank_cost *cost = mem_array("frame", struct rank_cost, size);
+    int64_t *bytes = mem_array("frame", int64_t, size);
+    for (int r = 0; r < size; r++) bytes[r] = (int64_t)sizeof *cost;
+    cost[comm_rank()] = own_cost(sim);
+    comm_gather_all(cost, bytes);
+    double most = 0, all = 0;
+    for (int r = 0; r < size; r++) {
+        most = cost[r].updates > most ? cost[r].updates : most;
+        all += cost[r].updates;
+    }
+    if (comm_rank() == 0) {
+        struct text_file file = text_file_open(path);
+        if (!file.stream) fail(STATUS_ENVIRONMENT, "%s: cannot be written: %s", path, strerror(errno));
+        fprintf(file.stream, "rank,T_construction [s],T_calculation [s],T_communication [s],T_wait [s],bytes,imbalance,rows,"
+                "updates,ghost_rows,ghost_cells,rounds,memory [bytes]\n");
+        for (int r = 0; r < size; r++) {
+            const struct rank_cost *c = &cost[r];
+            fprintf(file.stream, "%d,%.6f,%.6f,%.6f,%.6f,%.0f,%.4f,%.0f,%.0f,%.0f,%.0f,%.0f,%.0f\n", r, c->construction,
+                    c->calculation, c->communication, c->wait, c->bytes, all > 0 ? most * size / all : 1, c->rows, c->updates,
+                    c->ghost_rows, c->ghost_cells, c->rounds, c->memory);
+        }
+        if (!text_file_close(&file)) fail(STATUS_ENVIRONMENT, "%s: cannot be written: %s", path, strerror(errno));
+    }
+    mem_free(cost);
+    mem_free(bytes);
 }

@@ -14,6 +14,14 @@ void profile_start(struct profile *profile);
 void profile_stop(struct profile *profile, int call, int64_t rows);
 /* CPU seconds that an entry of the step took so far. */
 double profile_spent(const struct profile *profile, int call);
+/* What the run costs each rank, so far. CPU seconds but for those spent in waiting: construction (keys, sort, domains, tree) and
+ * calculation; seconds by the clock: communication, wait. */
+struct rank_cost {
+    double construction, calculation, communication, wait;
+    double bytes, rows, updates, ghost_rows, ghost_cells, rounds, memory;   /* bytes sent; memory: the highest since the start */
+};
+/* ranks.csv: a line a rank. All ranks. */
+void profile_write_ranks(const struct sim *sim, const char *path);
 /* profile.csv: hook,module,wall_s,cpu_s,calls,rows. */
 void profile_write(const struct sim *sim, const char *path);
 /* Seconds by the clock (only differences mean something), and user and system time of all threads. */

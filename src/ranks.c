@@ -35,6 +35,9 @@ void ranks_spread(struct sim *sim)
         species_spread(s, from, to - from);
     }
     sim->spread = true;
+    double most = (double)mem_restart_peak();
+    comm_max(&most, 1);
+    log_line("rows are spread: each rank held up to %.1f MB while all were read or made, and holds its own part now", 1e-6 * most);
 }
 
 /* Own rows of a column to rank 0. */
