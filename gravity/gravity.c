@@ -192,7 +192,6 @@ void gravity_configure(struct sim *sim, struct gravity *g)
         tree_need(&sim->tree, NODE_cell, (int)sizeof(struct gravity_cell));
         tree_need(&sim->tree, NODE_least, 1);
         sim->tree.largest_group = g->opening.group_size;
-        if (sim->device && g->opening.solver == SOLVER_TREE) sim->whole = "the tree's walk on a device";
     }
     tree_need_leaf(&sim->tree, g->opening.leaf_size);
 }

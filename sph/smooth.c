@@ -14,6 +14,7 @@
 #include "sph.h"
 #include <math.h>
 #include <omp.h>
+#include <string.h>
 
 /* One row's search: it looks within `reach`; low held too few rows, high more than a tile. */
 struct wish { int32_t row; float reach, low, high; };
@@ -160,6 +161,29 @@ static void mark_stale(const struct seeker *s)
     }
 }
 
+/* The same of rows whose lists other ranks hold. */
+static void touch_others(const struct seeker *s)
+{
+    const struct species *gas = &s->sim->species[GAS];
+    struct sph *sph = s->sph;
+    if (gas->n_own == gas->n) return;
+#pragma omp critical(sph_touched)
+    for (int e = 0; e < s->work->tile.n; e++) {
+        const int32_t row = s->work->row[e];
+        if (row >= gas->own && row < gas->own + gas->n_own) continue;
+        struct sph_run *last = sph->n_touched > 0 ? &sph->touched[sph->n_touched - 1] : NULL;
+        if (last && row == last->first + last->n) {
+            last->n++;
+            continue;
+        }
+        if (sph->n_touched == sph->touched_room) {
+            sph->touched_room = 2 * sph->touched_room + 64;
+            sph->touched = mem_resize("sph", sph->touched, (size_t)sph->touched_room * sizeof *sph->touched);
+        }
+        sph->touched[sph->n_touched++] = (struct sph_run){row, 1};
+    }
+}
+
 /* The rows' box becomes the work's; returns how far they look. */
 static float widest_reach(const struct seeker *s, const struct wish *wish, int n)
 {
@@ -189,7 +213,10 @@ static bool search_rows(const struct seeker *s, struct wish *wish, int n, bool f
         }
         if (s->work->missing) return false;
         if (first) sph_keep_list(s->sph, s->work, s->sim, s->batch);
-        else mark_stale(s);
+        else {
+            mark_stale(s);
+            touch_others(s);
+        }
         int kept = 0;
         sph_enclose(s->sph, s->work, n);
         for (int w = 0; w < n; w += SPH_LANES)
@@ -251,13 +278,43 @@ static bool search_on_device(struct sim *sim, struct sph *sph)
     return done;
 }
 
-/* Marks do not reach other ranks. */
-static void share_surprise(struct sph *sph, int64_t retries)
+/* Marks the batches of own rows that others have touched. */
+static void mark_touched(const struct sim *sim, struct sph *sph, const struct sph_run *run, int64_t n)
 {
-    if (comm_size() == 1) return;
-    double surprise = sph->unforeseen || sph->retries > retries;
-    comm_max(&surprise, 1);
-    sph->unforeseen = surprise > 0;
+    const struct species *gas = &sim->species[GAS];
+    for (int64_t k = 0; k < n; k++)
+        for (int32_t row = run[k].first, end = row + run[k].n; row < end && row < gas->own + gas->n_own; row++) {
+            if (row < gas->own) continue;
+            const int32_t b = sph_batch_at(sim, sph, row);
+            if (b == sph->n_batches) break;
+            const struct sph_batch *batch = &sph->batch[b];
+            sph->batch[b].stale |= end > gas->active[batch->first];
+            row = gas->active[batch->first + batch->count - 1];     /* the others of it need no look */
+        }
+}
+
+static void share_surprise(const struct sim *sim, struct sph *sph)
+{
+    const int size = comm_size();
+    if (size == 1) return;
+    double unforeseen = sph->unforeseen;
+    comm_max(&unforeseen, 1);
+    sph->unforeseen = unforeseen > 0;
+    int64_t *bytes = mem_array("sph", int64_t, size), total = 0, before = 0;
+    comm_gather_counts(sph->n_touched * (int64_t)sizeof *sph->touched, bytes);
+    for (int r = 0; r < size; r++) {
+        before += r < comm_rank() ? bytes[r] : 0;
+        total += bytes[r];
+    }
+    struct sph_run *all = mem_alloc("sph", (size_t)total);
+    if (sph->n_touched > 0) memcpy((char *)all + before, sph->touched, (size_t)bytes[comm_rank()]);
+    comm_gather_all(all, bytes);
+    mark_touched(sim, sph, all, total / (int64_t)sizeof *all);
+    mem_free(all);
+    mem_free(bytes);
+    mem_free(sph->touched);
+    sph->touched = NULL;
+    sph->n_touched = sph->touched_room = 0;
 }
 
 /* At the start: how many rows have more neighbours than asked, since h cannot be smaller. */
@@ -277,11 +334,10 @@ void sph_smooth(struct sim *sim, void *state)
 {
     struct sph *sph = state;
     const struct species *gas = &sim->species[GAS];
-    int64_t retries = sph->retries;
     sph_make_batches(sim, sph);
     if (sph->grouped == sim->time.tick) sph_fit_h_max(sim);
     sph->unforeseen = target_of(sph, gas) < (float)(sph->neighbours + 1);
     if (!sph_uses_device(sim) || !search_on_device(sim, sph)) sph_for_batches(sim, sph, search_batch);
-    share_surprise(sph, retries);
+    share_surprise(sim, sph);
     tell_floor(sim, sph);
 }

@@ -71,6 +71,8 @@ struct sph {
     uint16_t *met;
     int64_t met_size, met_used;
     struct sph_engine *engine;      /* on a device; made at the first search */
+    struct sph_run *touched;        /* rows of other ranks that an h of this step reaches, larger than their lists allow for */
+    int64_t n_touched, touched_room;
     bool unforeseen;                /* an h of this step is larger than any list allows for */
     int64_t retries;                /* rows whose search for h had to look further, since the start */
 };

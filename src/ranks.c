@@ -18,7 +18,7 @@ static const char *obstacle(const struct sim *sim)
 {
     for (int u = 0; u < sim->n_use; u++)
         if (sim->use[u].module->whole) return sim->use[u].module->name;
-    return sim->whole;
+    return sim->device ? "the device" : sim->whole;
 }
 
 void ranks_spread(struct sim *sim)

@@ -80,11 +80,37 @@ static void test_threads(void **state)
     assert_int_equal(mem_now(), before);
 }
 
+/* A reserved block far larger than the memory: what is in use counts, page by page, and comes zeroed anew. */
+static void test_reserve(void **state)
+{
+    (void)state;
+    const size_t before = mem_now(), page = 4096, bytes = (size_t)1 << 36, at = (size_t)1 << 35;
+    char *block = mem_reserve("far", bytes);
+    assert_int_equal((uintptr_t)block % 64, 0);
+    const size_t empty = mem_now();     /* which pages are in use is a bit each */
+    assert_true(empty - before <= bytes / page / 8 + 64);
+    mem_use(block, at + 10, at + 20);
+    mem_use(block, at, at + page);
+    assert_int_equal(mem_now(), empty + page);
+    block[at + 15] = 'x';
+    mem_use(block, at + page - 1, at + page + 1);
+    assert_int_equal(mem_now(), empty + 2 * page);
+    mem_drop(block, at + 1, at + 3 * page);     /* the first page is dropped in part only */
+    assert_int_equal(mem_now(), empty + page);
+    assert_int_equal(block[at + 15], 'x');
+    mem_drop(block, 0, bytes);
+    mem_use(block, at, at + page);
+    assert_int_equal(block[at + 15], 0);
+    mem_free(block);
+    assert_int_equal(mem_now(), before);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_alignment_and_zero), cmocka_unit_test(test_resize_keeps_contents),
         cmocka_unit_test(test_owners), cmocka_unit_test(test_threads),
+        cmocka_unit_test(test_reserve),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
