@@ -15,8 +15,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Sources of a partial sum; targets that are summed before their parts are added up; targets of one thread's turn. */
-enum { CHUNK = 2048, BATCH = 2048, TURN = 16 };
+/* Sources of a partial sum: as many as lie in the nearest cache while a turn of targets goes over them (with 2048, floats
+ * are 1.3 to 2 times slower: tests/bench_gravity.c). Targets of one thread's turn. Partial sums kept at a time. */
+enum { CHUNK = 512, TURN = 16, PARTS = 1 << 18 };
+enum { DOUBLE, FLOAT };     /* precision */
 
 static const enum column kept_column[] = {COLUMN_acc_exact, COLUMN_jerk, COLUMN_snap, COLUMN_crackle, COLUMN_pop, COLUMN_lock};
 
@@ -26,10 +28,14 @@ struct old { double pos[3], vel[3], f[HERMITE_P_MAX][3]; };
 struct hermite {
     double eta, dt_min;
     int64_t iterations;
+    int precision;
     int p;                      /* derivatives summed: half the order */
     struct gravity *gravity;
     struct hermite_rows rows;
     double *room;               /* of rows */
+    struct hermite_floats floats;   /* the same rows in floats, where sums are in floats */
+    float *float_room;              /* of floats */
+    double length, velocity;        /* their units */
     int64_t capacity;           /* of rows */
     int64_t base[N_SPECIES];    /* where a species begins among rows */
     /* One entry an own active row, species by species. */
@@ -45,7 +51,7 @@ struct hermite {
 
 static const struct saved saved[] = {{"guarded", offsetof(struct hermite, guarded), sizeof(int64_t)}, {0}};
 
-#define PARAMS(order, eta_default, text) \
+#define PARAMS(order, eta_default, text, ...) \
     static const struct param params##order[] = { \
         {"eta", PARAM_REAL, "", eta_default, 1e-6, 10, NULL, text, true, offsetof(struct hermite, eta)}, \
         {"iterations", PARAM_COUNT, "", "1", 1, 10, NULL, "n of P(EC)^n: evaluations and corrections a step", true, \
@@ -53,10 +59,14 @@ static const struct saved saved[] = {{"guarded", offsetof(struct hermite, guarde
         {"dt_min", PARAM_REAL, "time", "none", 1e-300, 1e300, NULL, \
          "no row's step is shorter, whatever its criterion; default: the tick, where the run ends", true, \
          offsetof(struct hermite, dt_min)}, \
-        {0}}
-PARAMS(4, "0.01", "of Aarseth's step sqrt(eta (|a||s| + |j|^2)/(|j||c| + |s|^2))");
-PARAMS(6, "0.5", "of the step eta (A1/A4)^(1/3), A_k^2 = |f(k-1)||f(k+1)| + |f(k)|^2, f(k) the derivatives of a");
-PARAMS(8, "0.75", "of the step eta (A1/A6)^(1/5), A_k as for hermite6");
+        __VA_ARGS__ {0}}
+/* Of order 4 alone: the criteria of the others hold derivatives in which roundings of floats show (doc/manual/hermite.md). */
+#define PRECISION {"precision", PARAM_CHOICE, "", "double", 0, 0, "double|float", \
+    "of pairs: float takes two floats a coordinate and errs by 3e-7; sums and rows are doubles", true, \
+    offsetof(struct hermite, precision)},
+PARAMS(4, "0.01", "of Aarseth's step sqrt(eta (|a||s| + |j|^2)/(|j||c| + |s|^2))", PRECISION);
+PARAMS(6, "0.5", "of the step eta (A1/A4)^(1/3), A_k^2 = |f(k-1)||f(k+1)| + |f(k)|^2, f(k) the derivatives of a", );
+PARAMS(8, "0.75", "of the step eta (A1/A6)^(1/5), A_k as for hermite6", );
 
 static double *kept(const struct species *s, int derivative, int64_t i)
 {
@@ -124,6 +134,7 @@ static void end(struct sim *sim, void *state)
     (void)sim;
     if (h->guarded > 0) log_line("%lld steps were held at dt_min = %g", (long long)h->guarded, h->dt_min);
     mem_free(h->room);
+    mem_free(h->float_room);
     mem_free(h->target);
     mem_free(h->sum);
     mem_free(h->old);
@@ -133,9 +144,41 @@ static void end(struct sim *sim, void *state)
 
 /* --- rows, predicted to now --- */
 
+/* Powers of two, so that nothing is rounded, by which the powers that the derivatives hold stay within floats: lengths
+ * from 1e-10 to 1e3 of the set and their powers -9. A few far rows shall not count: the mean is of logarithms. */
+static void choose_units(const struct sim *sim, struct hermite *h)
+{
+    enum { BELOW = 10 };
+    double sum = 0, mass = 0, n = 0;
+    for_species(sim, s)
+        for (int64_t i = 0; i < s->n; i++) {
+            const double *x = s->pos[i], r2 = x[0] * x[0] + x[1] * x[1] + x[2] * x[2];
+            mass += s->mass[i];
+            if (!(r2 > 0)) continue;
+            sum += 0.5 * log(r2);
+            n++;
+        }
+    const double size = n > 0 ? exp(sum / n) : 1, velocity2 = h->gravity->G * mass / size;
+    h->length = ldexp(1, (int)floor(log2(size)) - BELOW);
+    h->velocity = velocity2 > 0 ? ldexp(1, (int)floor(0.5 * log2(velocity2))) : 1;
+}
+
+static void make_float_room(struct hermite *h)
+{
+    enum { COLUMNS = 11 };
+    h->float_room = mem_resize("hermite", h->float_room, (size_t)(COLUMNS * h->capacity) * sizeof(float));
+    float **const column[] = {h->floats.high, h->floats.low, h->floats.vel};
+    for (int c = 0; c < COLUMNS; c++)
+        for (int64_t i = h->rows.n; i < h->capacity; i++) h->float_room[c * h->capacity + i] = c == COLUMNS - 1;
+    for (int c = 0; c < 3; c++)
+        for (int k = 0; k < 3; k++) column[c][k] = h->float_room + (3 * c + k) * h->capacity;
+    h->floats.mass = h->float_room + (COLUMNS - 2) * h->capacity;
+    h->floats.soft = h->float_room + (COLUMNS - 1) * h->capacity;
+}
+
 static void make_room(const struct sim *sim, struct hermite *h)
 {
-    enum { COLUMNS = 14, PAD = 8 };     /* the widest vector of doubles */
+    enum { COLUMNS = 14, PAD = GRAVITY_LANES_MAX };
     int64_t n = 0, active = 0;
     for_species(sim, s) {
         h->base[s->kind] = n;
@@ -160,6 +203,10 @@ static void make_room(const struct sim *sim, struct hermite *h)
         for (int c = 0; c < COLUMNS; c++) h->room[c * h->capacity + i] = 0;
         h->rows.soft[i] = 1;
     }
+    if (h->precision == FLOAT) {
+        if (h->length == 0) choose_units(sim, h);
+        make_float_room(h);
+    }
     if (active > h->room_active) {
         h->room_active = active;
         h->target = mem_resize("hermite", h->target, (size_t)active * sizeof *h->target);
@@ -170,6 +217,23 @@ static void make_room(const struct sim *sim, struct hermite *h)
     h->n = 0;
     for_species(sim, s)
         for (int64_t a = 0; a < s->n_active; a++) h->target[h->n++] = (int32_t)(h->base[s->kind] + s->active[a]);
+}
+
+/* The derivatives at the start are summed in doubles. */
+static bool in_floats(const struct hermite *h, int derivatives) { return h->precision == FLOAT && derivatives == h->p; }
+
+static void float_row(const struct hermite *h, int64_t i)
+{
+    const struct hermite_floats *to = &h->floats;
+    const double length = 1 / h->length, velocity = 1 / h->velocity;
+    for (int k = 0; k < 3; k++) {
+        const double x = h->rows.pos[k][i] * length;
+        to->high[k][i] = (float)x;
+        to->low[k][i] = (float)(x - (double)to->high[k][i]);
+        to->vel[k][i] = (float)(h->rows.vel[k][i] * velocity);
+    }
+    to->mass[i] = (float)(h->rows.mass[i] * velocity * velocity * length);
+    to->soft[i] = (float)(h->rows.soft[i] * length * length);
 }
 
 /* t: from the row's state to now; n: derivatives it keeps, a literal where this is called. */
@@ -190,6 +254,7 @@ static inline void stage_row(const struct hermite *h, const struct species *s, i
     }
     rows->mass[to] = h->gravity->G * s->mass[i];
     rows->soft[to] = gravity_half_soft2(h->gravity, s, i);
+    if (in_floats(h, derivatives)) float_row(h, to);
 }
 
 /* corrected: the states of the active rows are of now already. */
@@ -212,6 +277,22 @@ static void stage(const struct sim *sim, struct hermite *h, int derivatives, boo
 
 /* --- sums --- */
 
+/* In the units of the floats, and back. */
+static void sum_floats(const struct hermite *h, bool bare, double row[13], int64_t from, int64_t end, double *to)
+{
+    const double acc = h->velocity * h->velocity / h->length, jerk = acc * h->velocity / h->length;
+    for (int k = 0; k < 3; k++) {
+        row[k] /= h->length;
+        row[3 + k] /= h->velocity;
+    }
+    row[12] /= h->length * h->length;
+    h->gravity->kernels->hermite_float->sum[bare](to, row, &h->floats, from, end);
+    for (int k = 0; k < 3; k++) {
+        to[k] *= acc;
+        to[3 + k] *= jerk;
+    }
+}
+
 static void sum_chunk(const struct hermite *h, int derivatives, int64_t target, int64_t chunk, double *to)
 {
     const struct hermite_rows *rows = &h->rows;
@@ -224,20 +305,22 @@ static void sum_chunk(const struct hermite *h, int derivatives, int64_t target, 
         row[9 + k] = rows->jerk[k][i];
     }
     row[12] = rows->soft[i];
-    h->gravity->kernels->hermite->sum[h->gravity->form != SOFT_COMMON][derivatives - 2](
-        to, row, rows, from, from + CHUNK < rows->n ? from + CHUNK : rows->n);
+    const int64_t end = from + CHUNK < rows->n ? from + CHUNK : rows->n;
+    const bool bare = h->gravity->form != SOFT_COMMON;
+    if (in_floats(h, derivatives)) sum_floats(h, bare, row, from, end, to);
+    else h->gravity->kernels->hermite->sum[bare][derivatives - 2](to, row, rows, from, end);
 }
 
 static void evaluate(struct hermite *h, int derivatives)
 {
     const int64_t chunks = (h->rows.n + CHUNK - 1) / CHUNK, width = 3 * HERMITE_P_MAX;
-    const int64_t most = h->n < BATCH ? h->n : BATCH;
+    const int64_t batch = PARTS / chunks > TURN ? PARTS / chunks / TURN * TURN : TURN, most = h->n < batch ? h->n : batch;
     if (chunks * most * width > h->room_part) {
         h->room_part = chunks * most * width;
         h->part = mem_resize("hermite", h->part, (size_t)h->room_part * sizeof(double));
     }
-    for (int64_t first = 0; first < h->n; first += BATCH) {
-        const int64_t n = h->n - first < BATCH ? h->n - first : BATCH;
+    for (int64_t first = 0; first < h->n; first += batch) {
+        const int64_t n = h->n - first < batch ? h->n - first : batch;
 #pragma omp parallel
         {
 #pragma omp for collapse(2) schedule(dynamic, 1)

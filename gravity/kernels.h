@@ -141,6 +141,15 @@ typedef void hermite_sum(double *sum, const double target[13], const struct herm
 struct hermite_table { hermite_sum *sum[2][3]; int lanes; };
 extern const struct hermite_table hermite_table_v2, hermite_table_v3, hermite_table_v4;
 
+/* The same rows in floats, in units of powers of two (velocity^2 length for the masses): a position is high + low. */
+struct hermite_floats {
+    float *high[3], *low[3], *vel[3], *mass, *soft;
+};
+/* As hermite_sum with two derivatives, in these units, the target too. */
+typedef void hermite_float_sum(double *sum, const double target[13], const struct hermite_floats *s, int64_t from, int64_t to);
+struct hermite_float_table { hermite_float_sum *sum[2]; };   /* [a softening may be zero] */
+extern const struct hermite_float_table hermite_float_table_v2, hermite_float_table_v3, hermite_float_table_v4;
+
 struct gravity_kernels {
     int lanes;
     const struct gravity_pair_table *pair;
@@ -148,6 +157,7 @@ struct gravity_kernels {
     const struct gravity_exact_table *exact;
     const struct gravity_judge_table *judge;
     const struct hermite_table *hermite;
+    const struct hermite_float_table *hermite_float;
 };
 const struct gravity_kernels *gravity_kernels_find(enum isa isa);
 

@@ -25,7 +25,8 @@ enum { WIDE = 4 };
 typedef double wide __attribute__((vector_size(32)));
 typedef double wide_memory __attribute__((vector_size(32), may_alias, aligned(8)));
 typedef int64_t wide_int __attribute__((vector_size(32)));
-/* Keeps -ffast-math from taking a product apart again. */
+/* Keeps -ffast-math from taking a product, or a difference, apart again. */
+HD real real_whole(real x) { __asm__("" : "+x"(x)); return x; }
 HD wide wide_whole(wide x) { __asm__("" : "+x"(x)); return x; }
 HD wide wide_rsqrt(wide x) { return 1 / (wide)_mm256_sqrt_pd((__m256d)x); }
 

@@ -25,7 +25,8 @@ enum { WIDE = 8 };
 typedef double wide __attribute__((vector_size(64)));
 typedef double wide_memory __attribute__((vector_size(64), may_alias, aligned(8)));
 typedef int64_t wide_int __attribute__((vector_size(64)));
-/* Keeps -ffast-math from taking a product apart again. */
+/* Keeps -ffast-math from taking a product, or a difference, apart again. */
+HD real real_whole(real x) { __asm__("" : "+v"(x)); return x; }
 HD wide wide_whole(wide x) { __asm__("" : "+v"(x)); return x; }
 /* The guess, right to 2^-14, and the series of (1 - e)^(-1/2) for what is left: cheaper than a root and a division. */
 HD wide wide_rsqrt(wide x)

@@ -94,6 +94,43 @@ static double exact_rate(gravity_exact_sum *kernel)
     return (double)GRAVITY_EXACT * 100 * TIMES / least;
 }
 
+/* Pairs a second of Hermite's sums in doubles and in floats: one target and as many sources as a chunk has. */
+enum { LINE = 256 };
+
+static double hermite_rate(hermite_sum *kernel, const double *target)
+{
+    static double field[14][LINE];
+    const struct hermite_rows rows = {.n = LINE, .pos = {field[0], field[1], field[2]}, .vel = {field[3], field[4], field[5]},
+        .acc = {field[6], field[7], field[8]}, .jerk = {field[9], field[10], field[11]}, .mass = field[12], .soft = field[13]};
+    double least = INFINITY, out[12];
+    for (unsigned c = 0; c < 14; c++)
+        for (unsigned j = 0; j < LINE; j++) field[c][j] = (double)fraction(LINE * c + j);
+    for (int t = 0; t < TRIALS; t++) {
+        double cpu = profile_cpu();
+        for (int i = 0; i < 10 * TIMES; i++) kernel(out, target, &rows, 0, LINE);
+        least = fmin(least, profile_cpu() - cpu);
+    }
+    return (double)LINE * 10 * TIMES / least;
+}
+
+static double hermite_float_rate(hermite_float_sum *kernel, const double *target)
+{
+    static float field[11][LINE];
+    struct hermite_floats rows = {.mass = field[9], .soft = field[10]};
+    float **const part[] = {rows.high, rows.low, rows.vel};
+    double least = INFINITY, out[12];
+    for (unsigned c = 0; c < 11; c++) {
+        if (c < 9) part[c / 3][c % 3] = field[c];
+        for (unsigned j = 0; j < LINE; j++) field[c][j] = fraction(LINE * c + j);
+    }
+    for (int t = 0; t < TRIALS; t++) {
+        double cpu = profile_cpu();
+        for (int i = 0; i < 10 * TIMES; i++) kernel(out, target, &rows, 0, LINE);
+        least = fmin(least, profile_cpu() - cpu);
+    }
+    return (double)LINE * 10 * TIMES / least;
+}
+
 int main(void)
 {
     static const char *const forms[] = {"one Plummer softening", "Plummer softenings", "spline"};
@@ -106,7 +143,12 @@ int main(void)
                    forms[form], 1e-9 * pair_rate(k->pair->acc[GRAVITY_REFINED][form]), 1e-9 * pair_rate(k->pair->acc[GRAVITY_ROUGH][form]),
                    1e-9 * pair_rate(k->pair->pot[GRAVITY_REFINED][form]), 1e-9 * pair_rate(k->pair->pot[GRAVITY_ROUGH][form]));
         printf("%s 1e9 pairs in double: %.2f CPU s\n", isa_names[isa], 1e9 / exact_rate(k->exact->sum[SOFT_COMMON]));
-        printf("%s quadrupole cells on rows: %.2f 1e9/s; cells to local expansions of order 3 to 6, ns:", isa_names[isa],
+        const double target[13] = {0.5, 0.5, 0.5, [12] = 5e-5};
+        printf("%s Hermite's sums of order 4, 6, 8, 1e9 pairs/s:", isa_names[isa]);
+        for (int d = 0; d < 3; d++)
+            printf(" %.2f", 1e-9 * hermite_rate(k->hermite->sum[0][d], target));
+        printf("; of order 4 in floats: %.2f", 1e-9 * hermite_float_rate(k->hermite_float->sum[0], target));
+        printf("\n%s quadrupole cells on rows: %.2f 1e9/s; cells to local expansions of order 3 to 6, ns:", isa_names[isa],
                1e-9 * cell_rate(k->far->quadrupoles[0]));
         for (int o = 0; o < GRAVITY_ORDERS; o++) printf(" %.1f", 1e9 * local_time(k->far->to_local[o]));
         printf("\n");

@@ -45,6 +45,12 @@ for order in 4 6 8; do
     expect_status 0 tephra run "$cluster" $small --set time.integrator=hermite$order --out own$order --threads 1
     between "$(last own$order)" 0 1e-7 "defaults of order $order"
 done
+floats="--set time.integrator=hermite4 --set hermite4={} --set hermite4.precision=float"
+expect_status 0 tephra run "$cluster" $small $floats --out float --threads 1
+between "$(last float)" 0 1e-7 "floats"
+cmp -s own4/snapshot_002.hdf5 float/snapshot_002.hdf5 && fail "precision changes nothing"
+expect_status 0 tephra run "$cluster" $small $floats --out float_two --threads 2
+same float/snapshot_002.hdf5 float_two/snapshot_002.hdf5
 expect_status 0 tephra run "$cluster" $small --set time.integrator=hermite6 --out threads --threads 2
 same own6/snapshot_002.hdf5 threads/snapshot_002.hdf5
 if command -v mpirun >/dev/null && ! tephra --version | grep -q 'MPI *no'; then
