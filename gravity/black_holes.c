@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * The module black_holes: which star rows are some is known from the column `hole`; here their bound pairs are followed
  * in binaries.csv, a row for every bound pair wherever energy.csv has one. The orbit is Kepler's of the two alone,
- * without softening and without what lies between them. See doc/manual/black_holes.md. */
+ * without softening and without what lies between them. See doc/manual/black-holes.md. */
 #include "black_holes.h"
 #include "comm.h"
 #include "layout.h"

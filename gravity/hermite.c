@@ -35,7 +35,8 @@ struct hermite {
     double *room;               /* of rows */
     struct hermite_floats floats;   /* the same rows in floats, where sums are in floats */
     float *float_room;              /* of floats */
-    double length, velocity;        /* their units */
+    double length, velocity;        /* their units; saved */
+    double bulk[3];                 /* velocity from which theirs count, so that none is lost to a common motion; saved */
     int64_t capacity;           /* of rows */
     int64_t base[N_SPECIES];    /* where a species begins among rows */
     /* One entry an own active row, species by species. */
@@ -49,7 +50,13 @@ struct hermite {
     int64_t guarded;            /* steps that dt_min has kept from being shorter; saved */
 };
 
-static const struct saved saved[] = {{"guarded", offsetof(struct hermite, guarded), sizeof(int64_t)}, {0}};
+static const struct saved saved[] = {
+    {"guarded", offsetof(struct hermite, guarded), sizeof(int64_t)},
+    {"length", offsetof(struct hermite, length), sizeof(double)},
+    {"velocity", offsetof(struct hermite, velocity), sizeof(double)},
+    {"bulk", offsetof(struct hermite, bulk), sizeof(double[3])},
+    {0}
+};
 
 #define PARAMS(order, eta_default, text, ...) \
     static const struct param params##order[] = { \
@@ -149,11 +156,23 @@ static void end(struct sim *sim, void *state)
 static void choose_units(const struct sim *sim, struct hermite *h)
 {
     enum { BELOW = 10 };
-    double sum = 0, mass = 0, n = 0;
+    double sum = 0, mass = 0, n = 0, centre[3] = {0};
     for_species(sim, s)
         for (int64_t i = 0; i < s->n; i++) {
-            const double *x = s->pos[i], r2 = x[0] * x[0] + x[1] * x[1] + x[2] * x[2];
             mass += s->mass[i];
+            for (int k = 0; k < 3; k++) {
+                centre[k] += s->mass[i] * s->pos[i][k];
+                h->bulk[k] += s->mass[i] * s->vel[i][k];
+            }
+        }
+    for (int k = 0; k < 3 && mass > 0; k++) {
+        centre[k] /= mass;
+        h->bulk[k] /= mass;
+    }
+    for_species(sim, s)
+        for (int64_t i = 0; i < s->n; i++) {
+            double r2 = 0;
+            for (int k = 0; k < 3; k++) r2 += (s->pos[i][k] - centre[k]) * (s->pos[i][k] - centre[k]);
             if (!(r2 > 0)) continue;
             sum += 0.5 * log(r2);
             n++;
@@ -230,7 +249,7 @@ static void float_row(const struct hermite *h, int64_t i)
         const double x = h->rows.pos[k][i] * length;
         to->high[k][i] = (float)x;
         to->low[k][i] = (float)(x - (double)to->high[k][i]);
-        to->vel[k][i] = (float)(h->rows.vel[k][i] * velocity);
+        to->vel[k][i] = (float)((h->rows.vel[k][i] - h->bulk[k]) * velocity);
     }
     to->mass[i] = (float)(h->rows.mass[i] * velocity * velocity * length);
     to->soft[i] = (float)(h->rows.soft[i] * length * length);
@@ -283,7 +302,7 @@ static void sum_floats(const struct hermite *h, bool bare, double row[13], int64
     const double acc = h->velocity * h->velocity / h->length, jerk = acc * h->velocity / h->length;
     for (int k = 0; k < 3; k++) {
         row[k] /= h->length;
-        row[3 + k] /= h->velocity;
+        row[3 + k] = (row[3 + k] - h->bulk[k]) / h->velocity;
     }
     row[12] /= h->length * h->length;
     h->gravity->kernels->hermite_float->sum[bare](to, row, &h->floats, from, end);

@@ -38,6 +38,7 @@ void gravity_rows_build(struct sim *sim, struct gravity *g)
         g->first_row += species_from(s);
         g->n_rows += species_to(s) - species_from(s);
     }
+    if (rows > INT32_MAX) fail(STATUS_INPUT, "gravity: %lld rows of all species: at most 2^31 - 1", (long long)rows);
     g->leaf = mem_resize("gravity", g->leaf, (size_t)g->n_cells * sizeof *g->leaf);
     g->epoch = 1;
     if (sim->spread) {

@@ -68,6 +68,25 @@ static uint64_t largest_id(struct sim *sim)
     return last;
 }
 
+/* The object's clock showed `then` in its file and begins anew: stars keep their ages. */
+static void keep_ages(struct sim *sim, const struct object *object, double then)
+{
+    const struct species *star = &sim->species[STAR];
+    for (int64_t i = object->first[STAR]; star->birth && i < star->n; i++) star->birth[i] -= then;
+}
+
+/* Ids of rows that were born, or are children of the second file's, may leave none to children of theirs (species_child). */
+static void number_anew(struct sim *sim)
+{
+    uint64_t id = 0;
+    if (largest_id(sim) >> 48 == 0) return;
+    for_species(sim, table)
+        for (int64_t i = 0; i < table->n; i++) {
+            table->id[i] = ++id;
+            if (table->children) table->children[i] = 0;
+        }
+}
+
 static void combine_make(struct sim *sim, const void *state, int64_t n)
 {
     const struct combine *combine = state;
@@ -75,10 +94,13 @@ static void combine_make(struct sim *sim, const void *state, int64_t n)
     double x[2], v[2];
     (void)n;
     for (int o = 0; o < 2; o++) {
+        sim->time.start = 0;
         read_object(sim, combine->file[o], o ? largest_id(sim) : 0, &object[o]);
         if (sim->problems.count > 0) return;
+        keep_ages(sim, &object[o], sim->time.start);
     }
     sim->time.start = 0;
+    number_anew(sim);
     const double mass = object[0].mass + object[1].mass;
     if (!orbit_place(sim, &combine->orbit, mass, x, v)) return;
     for (int o = 0; o < 2; o++) {

@@ -56,11 +56,21 @@ static const struct saved saved[] = {SAVED(formed), SAVED(told), SAVED(at), SAVE
 
 static const char *const requires[] = {"clouds", NULL};
 
+/* With a constant efficiency these do nothing. */
+static void check_meaning(struct sim *sim, const struct cloud_stars *cs)
+{
+    static const char *const key[] = {"coupling", "most"};
+    for (int k = 0; k < 2 && !isnan(cs->constant); k++)
+        if (param_chosen(sim->scene, "cloud_stars", params, key[k]))
+            problems_add(&sim->problems, "%s: cloud_stars.%s has a meaning only without cloud_stars.efficiency",
+                         scene_place(sim->scene, "cloud_stars", key[k]), key[k]);
+}
+
 static void declare(struct sim *sim, void *state)
 {
     static const enum column of_stars[] = {COLUMN_birth, COLUMN_mass_born, COLUMN_age_paid};
     struct species *cloud = &sim->species[CLOUD], *star = &sim->species[STAR];
-    (void)state;
+    check_meaning(sim, state);
     for (int c = 0; c < 3; c++) species_need(star, of_stars[c]);
     if (sim_state(sim, "feedback")) species_need(star, COLUMN_advance);
     species_need(cloud, COLUMN_ready);

@@ -357,7 +357,8 @@ static double due(const struct sim *sim, const struct exchange *x, int32_t row)
 {
     const int own = sim->species[CLOUD].rung0[row];
     if (own >= x->rung) return timeline_step(&sim->time, own);
-    return timeline_active(&sim->time, x->rung) ? timeline_step(&sim->time, x->rung) : 0;
+    /* The end of the run, where all steps end, is not one of these ticks: a run that goes on exchanges for the whole time. */
+    return timeline_divides(sim->time.tick, x->rung) ? timeline_step(&sim->time, x->rung) : 0;
 }
 
 /* All ranks hold all rows and do the same for the clouds of all, one after the other in row order; the search is shared

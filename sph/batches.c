@@ -202,6 +202,7 @@ static void measure_paths(struct tree *tree, const struct species *gas, int32_t 
 {
     const struct node *node = &tree->node[n];
     int64_t from = 0;
+    if (node_is_closed(node)) return;   /* another rank's alone */
     for (int32_t k = 0; k < node->n_children; k++) {
         const struct node *child = &tree->node[node->child + k];
         int64_t to = from;

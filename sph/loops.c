@@ -2,7 +2,7 @@
  * DENSITY and FORCE: batches in parallel, chunks of a batch's neighbours if they are too many for a
  * tile, clusters of a batch's rows. A row's sums run over its neighbours in row order, so they do not
  * depend on the number of threads. The rows that a batch may meet were listed by the search for h; where
- * * the arena had no room, or a row outside grew beyond what the list allows for, the walk is done again. */
+ * the arena had no room, or a row outside grew beyond what the list allows for, the walk is done again. */
 #include "sph.h"
 #include <omp.h>
 #include <string.h>

@@ -147,15 +147,16 @@ static void mark_stale(const struct seeker *s)
 {
     const struct species *gas = &s->sim->species[GAS];
     struct sph_batch *batch = NULL;
-    for (int e = 0, last = -1; e < s->work->tile.n; e++) {
-        int32_t row = s->work->row[e];
-        if (row > last) {
-            int32_t b = sph_batch_at(s->sim, s->sph, row);
-            if (b == s->sph->n_batches) return;
+    for (int e = 0, first = 0, last = -1; e < s->work->tile.n; e++) {
+        const int32_t row = s->work->row[e];
+        if (row < first || row > last) {    /* in a closed box they come image by image */
+            const int32_t b = sph_batch_at(s->sim, s->sph, row);
+            if (b == s->sph->n_batches) continue;
             batch = &s->sph->batch[b];
+            first = gas->active[batch->first];
             last = gas->active[batch->first + batch->count - 1];
         }
-        if (row < gas->active[batch->first]) continue;
+        if (row < first) continue;
 #pragma omp atomic write
         batch->stale = true;
     }

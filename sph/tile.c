@@ -173,7 +173,8 @@ static void take_positions(struct sph_work *work, const struct sim *sim, const s
         float x[3];
         double t = row_lag(sim, i);
         row_position(work->origin, sim, i, t, x);
-        float r = reach_of(&reach, reach.factor > 0 ? sph_h_expected(sim, i, (float)t) : 0);
+        /* Its search may be over, or not: both the h of now and the expected one count. */
+        float r = reach_of(&reach, reach.factor > 0 ? fmaxf(t > 0 ? 0 : gas->h[i], sph_h_expected(sim, i, (float)t)) : 0);
         tile->x[n] = x[0];
         tile->y[n] = x[1];
         tile->z[n] = x[2];

@@ -34,7 +34,7 @@
     COLUMN(mass_born,double,      , KEEP, "M",        "InitialMass",     "mass of the stars when they formed") \
     COLUMN(age_paid, double,      , KEEP, "L V^-1",   "",                "age up to which the stars have returned what was due") \
     COLUMN(hole,     uint8_t,     , KEEP, "1",        "BlackHole",       "1: a black hole, 0: stars") \
-    COLUMN(children, uint8_t,     , KEEP, "1",        "",                "rows that this one has given birth to") \
+    COLUMN(children, uint8_t,     , KEEP, "1",        "Children",        "rows that this one has given birth to") \
     COLUMN(collapse, float,       , KEEP, "L V^-1",   "",                "time for which the gas has been collapsing, or has waited for a draw") \
     COLUMN(ready,    double,      , KEEP, "L V^-1",   "",                "time at which a cloud forms its next stars; 0: not known yet") \
     COLUMN(advance,  double,      , KEEP, "M V^2",    "",                "energy that its cloud has had of what a star's supernovae yield") \

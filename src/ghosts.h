@@ -38,7 +38,7 @@ void ghosts_close(struct sim *sim);
 /* And the rows' memory is given back, before the tree is built anew. */
 void ghosts_forget(struct sim *sim);
 void ghosts_free(struct ghosts *ghosts);
-/* Bytes of ghost rows and cells that came, rounds of asking, since the start. */
+/* Ghost rows and cells that came, rounds of asking, since the start. */
 struct ghost_counts { int64_t cells, rows, rounds; };
 struct ghost_counts ghosts_counts(const struct sim *sim);
 

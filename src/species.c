@@ -46,7 +46,7 @@ size_t species_row_bytes(enum column column)
 
 void species_reserve(struct species *table, int64_t capacity)
 {
-    if (capacity > INT32_MAX) fail(STATUS_INPUT, "%lld %s rows on one rank: at most 2^31 - 1; use more ranks",
+    if (capacity > INT32_MAX) fail(STATUS_INPUT, "%lld %s rows: at most 2^31 - 1 of a species",
                                    (long long)capacity, species_names[table->kind]);
     if (capacity < table->capacity) capacity = table->capacity;
     for (int c = 0; c < N_COLUMNS; c++) {

@@ -51,8 +51,7 @@ static void tree_arrange(struct sim *sim, void *state)
     if (sim->tree.leaf_size == 0) tree_need_leaf(&sim->tree, LEAF_ROWS);
     if (steps_rebuild_due(sim)) {
         box_wrap_rows(sim);
-        tree_build(sim);
-        if (sim->failure.set) return;
+        if (!tree_build(sim)) return;
         ranks_divide(sim);
         sim_find_active(sim);
         sim->rebuild_next = false;

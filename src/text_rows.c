@@ -19,7 +19,7 @@ static const struct kind kinds[] = {
     {{"m", "mass"}, "Masses", 0, 1, 1, "M"}, {{"u"}, "InternalEnergy", 0, 1, 1, "V^2"},
     {{"T", "temperature"}, "Temperature", 0, 1, 1, "K"}, {{"h"}, "SmoothingLength", 0, 1, 2, "L"},
     {{"rho", "density"}, "Density", 0, 1, 1, "M L^-3"}, {{"metallicity"}, "Metallicity", 0, 1, 1, "1"}};
-enum { N_KINDS = sizeof kinds / sizeof *kinds, MOST = 64, NAME = 32 };
+enum { N_KINDS = sizeof kinds / sizeof *kinds, MOST = 64, NAME = 128 };
 static const char spaces[] = " \t\r\n";
 
 /* Numbers row by row; ids and species are whole numbers in the bits of a double. */

@@ -308,13 +308,13 @@ static void finish_nodes(struct sim *sim, float *closest)
     }
 }
 
-void tree_build(struct sim *sim)
+bool tree_build(struct sim *sim)
 {
     struct tree *tree = &sim->tree;
     check(tree->leaf_size > 0);
     ghosts_forget(sim);
     struct cells *cells = tree_cells_begin(sim);
-    if (!cells) return;
+    if (!cells) return false;
     float *closest = settle_leaves(sim, cells);
     tree_cells_end(cells);
     reserve_columns(tree);
@@ -322,6 +322,7 @@ void tree_build(struct sim *sim)
     finish_nodes(sim, closest);
     mem_free(closest);
     tree->built = tree->fitted = sim->time.tick;
+    return true;
 }
 
 static void drift(struct node *node, double dt)
@@ -463,6 +464,7 @@ void tree_mark_active(struct sim *sim)
 static void follow(struct sim *sim, int32_t n, const struct part *part)
 {
     struct node *node = &sim->tree.node[n];
+    if (node_is_closed(node)) return;   /* another rank's alone */
     for (int32_t k = 0; k < node->n_children; k++) {
         struct node *child = &sim->tree.node[node->child + k];
         struct part inside = part_of(part, child);

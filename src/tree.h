@@ -53,8 +53,8 @@ void tree_need(struct tree *tree, enum node_column column, int width);
 /* Asks that leaves hold at most `rows` rows; the smallest wish counts. Groups that are to be smaller
  * than leaves are not to be had; rows at one place share a leaf, however many they are. */
 void tree_need_leaf(struct tree *tree, int rows);
-/* Keys, sort, permutation of every species, cells. */
-void tree_build(struct sim *sim);
+/* Keys, sort, permutation of every species, cells. False, on all ranks, if a position is not finite on any. */
+bool tree_build(struct sim *sim);
 /* Brings the cells to the present tick: centres drift, boxes grow or, where they have grown loose, are fitted anew. */
 void tree_refit(struct sim *sim);
 /* Widens boxes and speeds for the rows whose step ends now and whose paths have just changed: the step's last act. */

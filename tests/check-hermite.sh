@@ -51,6 +51,22 @@ between "$(last float)" 0 1e-7 "floats"
 cmp -s own4/snapshot_002.hdf5 float/snapshot_002.hdf5 && fail "precision changes nothing"
 expect_status 0 tephra run "$cluster" $small $floats --out float_two --threads 2
 same float/snapshot_002.hdf5 float_two/snapshot_002.hdf5
+# A common motion of 100 times the stars' velocities costs no digits.
+if "${PYTHON:-/usr/bin/python3}" -c 'import h5py' 2>/dev/null; then
+    tephra ics plummer n=500 species=star -o still.hdf5
+    "${PYTHON:-/usr/bin/python3}" -c 'import h5py, shutil
+shutil.copy("still.hdf5", "fast.hdf5")
+with h5py.File("fast.hdf5", "r+") as f:
+    f["PartType4/Velocities"][:, 0] += 64'
+    for start in still fast; do
+        printf 'units: {G: 1}\nstart: {file: %s.hdf5}\ntime: {end: 0.25, integrator: hermite4}\n' $start >$start.yml
+        printf 'output: {snapshot_every: 0.25}\ngravity: {softening: 1e-4}\nhermite4: {precision: float}\n' >>$start.yml
+        expect_status 0 tephra run $start.yml --out run_$start --threads 1
+    done
+    awk -F, 'FNR == 1 { next } { e = FILENAME ~ /fast/ ? $7 - 2048 : $7; off[FILENAME] = e }
+        END { d = off["run_fast/energy.csv"] - off["run_still/energy.csv"]; exit !(d < 1e-6 && d > -1e-6) }' \
+        run_still/energy.csv run_fast/energy.csv || fail "a moving cluster: $(tail -n 1 run_fast/energy.csv)"
+fi
 expect_status 0 tephra run "$cluster" $small --set time.integrator=hermite6 --out threads --threads 2
 same own6/snapshot_002.hdf5 threads/snapshot_002.hdf5
 if command -v mpirun >/dev/null && ! tephra --version | grep -q 'MPI *no'; then
