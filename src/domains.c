@@ -7,12 +7,10 @@
  * ranks, which lie between the ends, are cells of the one octree that the keys imply (after Warren & Salmon 1993). */
 #include "comm.h"
 #include "mem.h"
+#include "ranks.h"
 #include "sim.h"
 #include "tree_cells.h"
 #include <string.h>
-
-/* Rows of a cell that is not cut, if nobody has larger groups: well below a domain. */
-enum { ATOM_ROWS = 512 };
 
 /* A place in key order: the 126 bits of a key as one number, and one more for the end of all. */
 __extension__ typedef unsigned __int128 place_t;
@@ -84,7 +82,7 @@ static void go_down(struct cut *cut, const int64_t sums[16], int32_t ends[8][N_S
 
 static bool is_small(const struct cells *b, const struct cut *cut)
 {
-    const int64_t least = b->tree->largest_group > ATOM_ROWS ? b->tree->largest_group : ATOM_ROWS;
+    const int64_t least = b->tree->largest_group > RANKS_ATOM ? b->tree->largest_group : RANKS_ATOM;
     return cut->rows <= least || cut->level == KEY_LEVELS;
 }
 

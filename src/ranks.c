@@ -9,10 +9,6 @@
 #include <math.h>
 #include <string.h>
 
-/* Rows of the cells between which domains are cut: well above every group of gravity and SPH, well
- * below a domain. */
-enum { ATOM_ROWS = 512 };
-
 /* What stands against spreading: a module, or what one has found. */
 static const char *obstacle(const struct sim *sim)
 {
@@ -92,7 +88,7 @@ void ranks_divide(struct sim *sim)
         sim->species[s].n_own = size == 1 ? sim->species[s].n : 0;
     }
     if (size == 1) return;
-    int32_t *atom, n = tree_groups(&sim->tree, ALL_SPECIES, ATOM_ROWS, "ranks", &atom);
+    int32_t *atom, n = tree_groups(&sim->tree, ALL_SPECIES, RANKS_ATOM, "ranks", &atom);
     double total = 0, before = 0;
     double *work = mem_array("ranks", double, n);
     for (int32_t a = 0; a < n; a++) total += work[a] = cell_work(sim, &sim->tree.node[atom[a]]);

@@ -12,6 +12,9 @@
 
 struct sim;
 
+/* Rows of a cell that is not cut between domains, if nobody has larger groups: well below a domain. */
+enum { RANKS_ATOM = 512 };
+
 /* Before the first step: spreads the rows, or says in the log what stands against it. */
 void ranks_spread(struct sim *sim);
 /* While one rank writes files it holds all rows in these columns (bits 1 << COLUMN_x); all ranks call both. */

@@ -4,7 +4,7 @@
 #include "log.h"
 #include "module.h"
 #include "run.h"
-#include "start.h"
+#include "scene_case.h"
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -15,20 +15,10 @@
 
 static struct sim *new_sim(const char *const *set)
 {
-    struct problems problems = {0};
-    struct scene *scene = scene_new(".");
     const char *const fixed[] = {"units={length: pc, mass: Msun, velocity: km/s}", "box={x: 20 kpc, y: 20 kpc, z: 20 kpc}",
                                  "start={generator: cloud_box, n: 20, mass: 1e6 Msun, dispersion: 0}", "time={end: 21 Myr}",
                                  "output={snapshot_every: 1 Myr}", "clouds={coagulation: never}", "cloud_stars={wait: 10 Myr}", NULL};
-    for (const char *const *s = fixed; *s; s++) scene_set(scene, *s, &problems);
-    for (const char *const *s = set; *s; s++) scene_set(scene, *s, &problems);
-    problems_report(&problems);
-    struct sim *sim = sim_new(scene, SIM_RUN);
-    problems_report(&sim->problems);
-    start_load(sim);
-    problems_report(&sim->problems);
-    sim_begin(sim);
-    return sim;
+    return scene_case_make(fixed, set);
 }
 
 struct tap { struct energy_sink sink; const char *name; double sum; };

@@ -5,8 +5,8 @@
 #include "log.h"
 #include "module.h"
 #include "run.h"
-#include "start.h"
 #include "units.h"
+#include "scene_case.h"
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -17,21 +17,11 @@
 
 static struct sim *new_sim(const char *const *set)
 {
-    struct problems problems = {0};
-    struct scene *scene = scene_new(".");
     const char *const fixed[] = {"units={length: kpc, mass: 1e10 Msun, velocity: km/s}", "box={x: 1, y: 1, z: 1}",
                                  "start={generator: exchange_box, n: 266, clouds: 10, density: 0.01 cm^-3, temperature: 1e7 K}",
                                  "time={end: 0.02}", "output={snapshot_every: 0.01}", "sph={}", "clouds={coagulation: never}",
                                  "exchange={}", NULL};
-    for (const char *const *s = fixed; *s; s++) scene_set(scene, *s, &problems);
-    for (const char *const *s = set; *s; s++) scene_set(scene, *s, &problems);
-    problems_report(&problems);
-    struct sim *sim = sim_new(scene, SIM_RUN);
-    problems_report(&sim->problems);
-    start_load(sim);
-    problems_report(&sim->problems);
-    sim_begin(sim);
-    return sim;
+    return scene_case_make(fixed, set);
 }
 
 struct tap { struct energy_sink sink; const char *name; double sum; };

@@ -6,7 +6,7 @@
 #include "mem.h"
 #include "module.h"
 #include "run.h"
-#include "start.h"
+#include "scene_case.h"
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -18,20 +18,10 @@
 
 static struct sim *new_sim(const char *const *set)
 {
-    struct problems problems = {0};
-    struct scene *scene = scene_new(".");
     const char *const fixed[] = {"units={length: kpc, mass: 1e10 Msun, velocity: km/s}", "box={x: 1, y: 1, z: 2}",
                                  "start={generator: ssp, n: 303, n_h: 0.1 cm^-3, stars: 3, star_mass: 1e-6}", "time={end: 0.1}",
                                  "output={snapshot_every: 0.01}", "sph={}", "feedback={}", NULL};
-    for (const char *const *s = fixed; *s; s++) scene_set(scene, *s, &problems);
-    for (const char *const *s = set; *s; s++) scene_set(scene, *s, &problems);
-    problems_report(&problems);
-    struct sim *sim = sim_new(scene, SIM_RUN);
-    problems_report(&sim->problems);
-    start_load(sim);
-    problems_report(&sim->problems);
-    sim_begin(sim);
-    return sim;
+    return scene_case_make(fixed, set);
 }
 
 static const char *const plain[] = {NULL};

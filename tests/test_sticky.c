@@ -8,7 +8,7 @@
 #include "module.h"
 #include "random.h"
 #include "run.h"
-#include "start.h"
+#include "scene_case.h"
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -22,17 +22,8 @@ static const double none[3] = {0};
 
 static struct sim *new_sim(const char *const *set)
 {
-    struct problems problems = {0};
-    struct scene *scene = scene_new(".");
-    scene_set(scene, "units={length: kpc, mass: 1e10 Msun, velocity: km/s}", &problems);
-    for (const char *const *s = set; *s; s++) scene_set(scene, *s, &problems);
-    problems_report(&problems);
-    struct sim *sim = sim_new(scene, SIM_RUN);
-    problems_report(&sim->problems);
-    start_load(sim);
-    problems_report(&sim->problems);
-    sim_begin(sim);
-    return sim;
+    static const char *const fixed[] = {"units={length: kpc, mass: 1e10 Msun, velocity: km/s}", NULL};
+    return scene_case_make(fixed, set);
 }
 
 /* --- pairs --- */
