@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Two objects from files, whatever they are made of, on a Kepler orbit about their common centre of mass (orbit.h). */
+#include "log.h"
 #include "orbit.h"
 #include "start_file.h"
 
@@ -92,14 +93,18 @@ static void combine_make(struct sim *sim, const void *state, int64_t n)
     const struct combine *combine = state;
     struct object object[2];
     double x[2], v[2];
+    uint64_t first = 0;
     (void)n;
     for (int o = 0; o < 2; o++) {
         sim->time.start = 0;
-        read_object(sim, combine->file[o], o ? largest_id(sim) : 0, &object[o]);
+        if (o) first = largest_id(sim);
+        read_object(sim, combine->file[o], first, &object[o]);
         if (sim->problems.count > 0) return;
         keep_ages(sim, &object[o], sim->time.start);
     }
     sim->time.start = 0;
+    if (largest_id(sim) >> 48 == 0)
+        log_line("combine: ids up to %llu are the first object's (profiles.split)", (unsigned long long)first);
     number_anew(sim);
     const double mass = object[0].mass + object[1].mass;
     if (!orbit_place(sim, &combine->orbit, mass, x, v)) return;

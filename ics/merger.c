@@ -2,6 +2,7 @@
  * Two equal disc galaxies on a Kepler orbit, their discs inclined to it (orbit.h). */
 #include "galaxy.h"
 #include "orbit.h"
+#include "start.h"
 
 struct merger {
     struct galaxy galaxy;
@@ -31,8 +32,8 @@ static void move(const struct galaxy_rows *rows, const double angle[2], const do
 
 static void advise(struct sim *sim, const void *state, int64_t n)
 {
-    (void)n;
     galaxy_advise(sim, &((const struct merger *)state)->galaxy);
+    start_advise(sim, "profiles", "split", (double)(n - n / 2));    /* ids of the first galaxy */
 }
 
 static void merger_make(struct sim *sim, const void *state, int64_t n)

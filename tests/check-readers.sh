@@ -15,6 +15,7 @@ time:  {end: 0.01 Myr}
 output: {snapshot_every: 0.01 Myr}
 gravity: {softening: 0.02 pc}
 sph: {}
+profiles: {outer: 3}
 Y
 expect_status 0 tephra run scene.yml --out run
 
@@ -78,7 +79,7 @@ cat out_text
 # The plots run, and say what is wrong in one line.
 export MPLCONFIGDIR="$scratch"
 if "$python" -c 'import matplotlib' 2>/dev/null; then
-    for plot in energies profile sequence; do
+    for plot in analysis energies profile sequence; do
         expect_status 0 "$python" -W ignore "$TEPHRA_SOURCE/doc/plots/$plot.py" run
         expect_status 1 "$python" -W ignore "$TEPHRA_SOURCE/doc/plots/$plot.py" nowhere
         [ "$(wc -l <err)" -eq 1 ] || fail "$plot.py: more than one line: $(head -n 3 err)"
