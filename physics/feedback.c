@@ -17,11 +17,13 @@
 #include <math.h>
 #include <string.h>
 
-enum { N_ELEMENTS = END_ELEMENTS - FIRST_ELEMENT };
+_Static_assert((int)N_ELEMENTS == (int)END_ELEMENTS - (int)FIRST_ELEMENT, "a column for each element");
+static enum column element_column(int e) { return (enum column)(FIRST_ELEMENT + e); }
 
 struct feedback {
     /* Parameters. */
-    int imf, snia;
+    int imf, snii, snia;
+    char *elements;
     double binaries, snia_number, efficiency, energy, nebula, portion, discrete, metallicity, wind_power, wind_loss;
     double age, time_step;
     bool winds;
@@ -29,6 +31,7 @@ struct feedback {
     int64_t neighbours;
     int form;                                   /* enum deposit_form */
     /* State. */
+    bool follows[N_ELEMENTS];                   /* the elements that have columns */
     struct population *population;
     struct deposit_wishes wishes;
     double rise;                                /* of u by `heating` */
@@ -44,6 +47,12 @@ struct feedback {
 static const struct param params[] = {
     {"imf", PARAM_CHOICE, "", "kroupa1993", 0, 0, IMF_CHOICES, "initial mass function of the stars", false,
      offsetof(struct feedback, imf)},
+    {"snii", PARAM_CHOICE, "", "raiteri1996", 0, 0, POPULATION_SNII_CHOICES,
+     "yields of supernovae II: fits for oxygen and iron, 8 to 40 Msun (Raiteri et al. 1996), or all elements, 8 to 100 Msun, at "
+     "five metallicities (Portinari et al. 1998)", false, offsetof(struct feedback, snii)},
+    {"elements", PARAM_TEXT, "", "O, Fe", 0, 0, NULL,
+     "that are followed beside the sum of all metals: of O, Fe, C, N, Ne, Mg, Si, S, Ca; all but the first two need "
+     "snii: portinari1998", false, offsetof(struct feedback, elements)},
     {"snia", PARAM_CHOICE, "", "binary", 0, 0, POPULATION_SNIA_CHOICES,
      "supernovae Ia: binaries (Greggio & Renzini 1983), a law of delays (Maoz et al. 2012), or none", false,
      offsetof(struct feedback, snia)},
@@ -96,6 +105,28 @@ static const struct saved saved[] = {SAVED(injected), SAVED(returned), SAVED(eve
 
 static const char *const requires[] = {"sph", NULL};
 
+/* Reads the list; what is wrong with it goes to the scene's problems. */
+static void choose_elements(struct sim *sim, struct feedback *feedback)
+{
+    const char *separators = ", ";
+    char *buffer = mem_text("feedback", feedback->elements ? feedback->elements : "");
+    feedback->follows[ELEMENT_METALS] = true;
+    for (char *next = buffer, *word; (word = strsep(&next, separators));) {
+        int e = 1;
+        if (!*word) continue;
+        while (e < N_ELEMENTS && strcmp(word, element_symbols[e]) != 0) e++;
+        if (e == N_ELEMENTS)
+            problems_add(&sim->problems, "feedback.elements: no yields of \"%s\" are known: take of O, Fe, C, N, Ne, Mg, Si, S, Ca",
+                         word);
+        else if (e > ELEMENT_FE && feedback->snii == POPULATION_RAITERI)
+            problems_add(&sim->problems, "feedback.elements: raiteri1996 tells oxygen and iron only: %s needs snii: portinari1998",
+                         word);
+        else
+            feedback->follows[e] = true;
+    }
+    mem_free(buffer);
+}
+
 static void declare(struct sim *sim, void *state)
 {
     struct feedback *feedback = state;
@@ -103,8 +134,12 @@ static void declare(struct sim *sim, void *state)
     static const enum species_kind kinds[] = {GAS, STAR, CLOUD};
     const int with_elements = sim_state(sim, "clouds") ? 3 : 2;
     static const enum column of_stars[] = {COLUMN_birth, COLUMN_mass_born, COLUMN_age_paid};
+    choose_elements(sim, feedback);
     for (int s = 0; s < with_elements; s++)
-        for (int c = FIRST_ELEMENT; c < END_ELEMENTS; c++) species_need(&sim->species[kinds[s]], (enum column)c);
+        for (int e = 0; e < N_ELEMENTS; e++)
+            if (feedback->follows[e]) species_need(&sim->species[kinds[s]], element_column(e));
+    if (feedback->winds && feedback->snii == POPULATION_PORTINARI)
+        problems_add(&sim->problems, "feedback.winds: the yields of portinari1998 hold the winds of massive stars already");
     for (int c = 0; c < 3; c++) species_need(&sim->species[STAR], of_stars[c]);
     if (sph->eos != SPH_ADIABATIC)
         problems_add(&sim->problems, "feedback needs gas with an energy equation: sph.eos is isothermal");
@@ -114,16 +149,23 @@ static void declare(struct sim *sim, void *state)
     if (isnan(feedback->discrete)) feedback->discrete = 1e3 * CONST_M_SUN / sim->units.mass;
 }
 
-/* Rows without metals at the start of a run become solar in proportion (Asplund et al. 2009: Z = 0.0134,
- * O 5.73e-3, Fe 1.29e-3). */
+/* Rows without metals at the start of a run become solar in proportion (element_solar). */
 static void enrich(struct species *s, double metallicity)
 {
-    const double part[N_ELEMENTS] = {1, 0.428, 0.0963};
     bool none = true;
     for (int64_t i = 0; i < s->n; i++) none = none && s->metals[i] == 0;
-    for (int c = 0; c < N_ELEMENTS && none; c++) {
-        double *element = species_column(s, (enum column)(FIRST_ELEMENT + c));
-        for (int64_t i = 0; i < s->n; i++) element[i] = metallicity * part[c] * s->mass[i];
+    for (int e = 0; e < N_ELEMENTS && none; e++) {
+        double *element = species_column(s, element_column(e));
+        for (int64_t i = 0; element && i < s->n; i++) element[i] = metallicity * element_solar[e] * s->mass[i];
+    }
+}
+
+/* Mass fractions of a star row, which are those of its birth. */
+static void find_birth(const struct species *star, int64_t i, struct population_birth *birth)
+{
+    for (int e = 0; e < N_ELEMENTS; e++) {
+        const double *element = species_column(star, element_column(e));
+        birth->element[e] = element ? element[i] / star->mass[i] : 0;
     }
 }
 
@@ -132,9 +174,10 @@ static void grow_old(struct sim *sim, const struct feedback *feedback, int64_t i
 {
     struct species *star = &sim->species[STAR];
     const double mass = star->mass[i], now = timeline_now(&sim->time);
-    const struct population_birth birth = {star->metals[i] / mass, star->mass_o[i] / mass, star->mass_fe[i] / mass};
+    struct population_birth birth;
     struct population_return returned[N_POPULATION_CAUSES];
     double left = 1;
+    find_birth(star, i, &birth);
     if (star->birth[i] == 0) star->birth[i] = now - feedback->age;
     population_returned(feedback->population, (now - star->birth[i]) * feedback->years, &birth, returned);
     for (int c = 0; c < N_POPULATION_CAUSES; c++) left -= returned[c].mass;
@@ -147,7 +190,9 @@ static void begin(struct sim *sim, void *state)
     struct species *star = &sim->species[STAR], *gas = &sim->species[GAS], *cloud = &sim->species[CLOUD];
     struct population_options options = population_defaults();
     options.imf = (enum imf_kind)feedback->imf;
+    options.snii = (enum population_snii)feedback->snii;
     options.snia = (enum population_snia)feedback->snia;
+    memcpy(options.follows, feedback->follows, sizeof options.follows);
     options.binaries = feedback->binaries;
     options.snia_number = feedback->snia_number;
     options.wind_loss = feedback->winds ? feedback->wind_loss : 0;
@@ -230,30 +275,29 @@ static bool portion_filled(const struct sim *sim, const struct feedback *feedbac
 static bool find_due(const struct sim *sim, const struct feedback *feedback, int64_t i, struct due *due)
 {
     const struct species *star = &sim->species[STAR];
-    const double mass = star->mass[i], born = star->mass_born[i];
-    const double share[N_ELEMENTS] = {star->metals[i] / mass, star->mass_o[i] / mass, star->mass_fe[i] / mass};
-    const struct population_birth birth = {share[0], share[1], share[2]};
+    const double born = star->mass_born[i];
+    struct population_birth birth;
     struct population_return now[N_POPULATION_CAUSES], paid[N_POPULATION_CAUSES];
     const double age = timeline_now(&sim->time) - star->birth[i];
     if (!(age > star->age_paid[i] * (1 + feedback->portion / population_fastest(feedback->population)))) return false;
     *due = (struct due){.age = age};
+    find_birth(star, i, &birth);
     population_returned(feedback->population, due->age * feedback->years, &birth, now);
     population_returned(feedback->population, star->age_paid[i] * feedback->years, &birth, paid);
     for (int c = 0; c < N_POPULATION_CAUSES; c++) due->mass += due->mass_by[c] = born * fmax(now[c].mass - paid[c].mass, 0);
     if (!portion_filled(sim, feedback, i, &birth, paid, due)) return false;
     for (int c = 0; c < N_POPULATION_CAUSES; c++) {
         double number = born * feedback->suns * fmax(now[c].number - paid[c].number, 0);
-        const double element[N_ELEMENTS] = {now[c].metals - paid[c].metals, now[c].o - paid[c].o, now[c].fe - paid[c].fe};
         due->events_by[c] = events_of(sim, feedback, i, c, number);
         due->energy += due->energy_by[c] = due->events_by[c] * energy_of(feedback, c);
-        for (int e = 0; e < N_ELEMENTS; e++) due->element[e] += born * fmax(element[e], 0);
+        for (int e = 0; e < N_ELEMENTS; e++) due->element[e] += born * fmax(now[c].element[e] - paid[c].element[e], 0);
     }
     if (star->advance) {        /* its cloud has had a part of it (cloud_stars) */
         due->advance = fmin(star->advance[i], due->energy_by[POPULATION_SNII]);
         due->energy_by[POPULATION_SNII] -= due->advance;
         due->energy -= due->advance;
     }
-    for (int e = 0; e < N_ELEMENTS; e++) due->made[e] = due->element[e] - share[e] * due->mass;
+    for (int e = 0; e < N_ELEMENTS; e++) due->made[e] = due->element[e] - birth.element[e] * due->mass;
     nearest_gas(sim, star->pos[i], (int)feedback->neighbours, &due->nearest);
     return true;
 }
@@ -286,7 +330,8 @@ static void pay(struct sim *sim, struct feedback *feedback, int64_t i, const str
     memcpy(deposit.pos, star->pos[i], sizeof deposit.pos);
     memcpy(deposit.vel, star->vel[i], sizeof deposit.vel);
     for (int e = 0; e < N_ELEMENTS; e++) {
-        double *element = species_column(star, (enum column)(FIRST_ELEMENT + e));
+        double *element = species_column(star, element_column(e));
+        if (!element) continue;
         deposit.element[e] = due->element[e];
         element[i] *= 1 - due->mass / star->mass[i];
         feedback->made[e] += due->made[e];
@@ -381,7 +426,6 @@ static double element_mass(const struct species *s, enum column element)
 /* Rates are the means since the row before. */
 static void budget(struct sim *sim, void *state, struct energy_sink *sink)
 {
-    static const char *const elements[N_ELEMENTS] = {"metals", "oxygen", "iron"};
     struct feedback *feedback = state;
     const double one = comm_rank() == 0, now = timeline_now(&sim->time), span = (now - feedback->at) * feedback->years;
     char name[48];
@@ -398,14 +442,15 @@ static void budget(struct sim *sim, void *state, struct energy_sink *sink)
     }
     feedback->at = now;
     for (int e = 0; e < N_ELEMENTS; e++) {
-        snprintf(name, sizeof name, "%s_gas [Msun]", elements[e]);
-        sink->add(sink, name, element_mass(&sim->species[GAS], (enum column)(FIRST_ELEMENT + e)) * feedback->suns);
-        snprintf(name, sizeof name, "%s_star [Msun]", elements[e]);
-        sink->add(sink, name, element_mass(&sim->species[STAR], (enum column)(FIRST_ELEMENT + e)) * feedback->suns);
-        snprintf(name, sizeof name, "%s_cloud [Msun]", elements[e]);
+        if (!feedback->follows[e]) continue;
+        snprintf(name, sizeof name, "%s_gas [Msun]", element_names[e]);
+        sink->add(sink, name, element_mass(&sim->species[GAS], element_column(e)) * feedback->suns);
+        snprintf(name, sizeof name, "%s_star [Msun]", element_names[e]);
+        sink->add(sink, name, element_mass(&sim->species[STAR], element_column(e)) * feedback->suns);
+        snprintf(name, sizeof name, "%s_cloud [Msun]", element_names[e]);
         if (sim->species[CLOUD].metals)
-            sink->add(sink, name, element_mass(&sim->species[CLOUD], (enum column)(FIRST_ELEMENT + e)) * feedback->suns);
-        snprintf(name, sizeof name, "%s_made [Msun]", elements[e]);
+            sink->add(sink, name, element_mass(&sim->species[CLOUD], element_column(e)) * feedback->suns);
+        snprintf(name, sizeof name, "%s_made [Msun]", element_names[e]);
         sink->add(sink, name, one * feedback->made[e] * feedback->suns);
     }
 }

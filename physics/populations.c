@@ -11,30 +11,36 @@
 
 const char *const population_cause_names[N_POPULATION_CAUSES] = {"snii", "snia", "agb", "wind"};
 
-/* What is integrated over the stars that have ended. Two columns of wind yields: Z = 0.004, 0.02. */
-enum channel {
-    SNII_NUMBER, SNII_MASS, SNII_O, SNII_FE, SNIA_NUMBER, AGB_NUMBER,
-    AGB_MASS, AGB_MASS_2, AGB_METALS, AGB_METALS_2, AGB_O, AGB_O_2, AGB_BURNT, AGB_BURNT_2,
-    DEAD, LEFT, LEFT_2, N_CHANNELS
-};
+/* What is integrated over the stars that have ended: numbers and masses, and then, for each column of metallicity of the winds'
+ * table and of the supernovae's, mass, remnants and what is made and burnt of each element that is followed. */
+enum channel { SNII_NUMBER, SNIA_NUMBER, AGB_NUMBER, DEAD, COLLAPSED, FIRST_YIELD };
+enum { WIDEST_YIELD = 2 + 2 * N_ELEMENTS, MAX_CHANNELS = FIRST_YIELD + (2 + YIELD_COLUMNS) * WIDEST_YIELD };
+enum yield_part { YIELD_MASS, YIELD_LEFT, YIELD_MADE };     /* and from YIELD_MADE + n_elements on what is burnt */
 
 enum { MAX_CELLS = 256, POINTS = 16, WIND_POINTS = 48 };
 static const double widest = 0.05;              /* cell in ln m */
-static const double snii_from = 8, snii_to = 40;/* Msun; heavier ones collapse without return */
+static const struct yield_table *const agb_table = &yields_groenewegen1997;
+static const struct yield_table *const snii_tables[] = {&yields_raiteri1996, &yields_portinari1998};
 
 struct population {
     struct population_options options;
-    int n;                                      /* cells */
+    int n_elements;
+    enum element element[N_ELEMENTS];           /* those that are followed, metals first */
+    const struct yield_table *snii;
+    int n, channels;                            /* cells; channels in use */
     double log_m[MAX_CELLS + 1];                /* their ends, ln Msun, ascending */
-    double sum[MAX_CELLS + 1][N_CHANNELS];      /* above this end */
-    double low[MAX_CELLS][N_CHANNELS], high[MAX_CELLS][N_CHANNELS];   /* integrand per ln m at a cell's ends */
+    double *sum;                                /* above each end: `channels` numbers each */
+    double *low, *high;                         /* integrand per ln m at a cell's ends, likewise */
     gsl_integration_glfixed_table *rule;        /* of the winds of massive stars */
     double fastest;
 };
 
 struct population_options population_defaults(void)
 {
-    return (struct population_options){IMF_KROUPA_1993, POPULATION_BINARY, 0.05, 1.3e-3, 0.143, 0.743, 0};
+    return (struct population_options){
+        .imf = IMF_KROUPA_1993, .snii = POPULATION_RAITERI, .snia = POPULATION_BINARY, .binaries = 0.05, .snia_number = 1.3e-3,
+        .snia_o = yields_snia[ELEMENT_O], .snia_fe = yields_snia[ELEMENT_FE],
+        .follows = {[ELEMENT_METALS] = true, [ELEMENT_O] = true, [ELEMENT_FE] = true}};
 }
 
 /* --- lives --- */
@@ -65,71 +71,9 @@ double population_turnoff(double age, double metals)
     return fmin(fmax(pow(10, (-a[1] - sqrt(root)) / (2 * a[2])), IMF_LOWEST), IMF_HIGHEST);
 }
 
-/* --- yields --- */
+/* --- supernovae Ia --- */
 
-/* van den Hoek & Groenewegen 1997: mass of the remnant [Msun]; newly made C, N and O less what was
- * turned into others, as fractions of the initial mass. */
-struct wind { double remnant, c, n, o; };
-enum { WIND_MASSES = 11 };
-static const double wind_mass[WIND_MASSES] = {1, 1.3, 1.5, 1.7, 2, 2.5, 3, 4, 5, 7, 8};
-static const double wind_metals[2] = {0.004, 0.02};
-static const struct wind wind_table[2][WIND_MASSES] = {
-    {{0.57, 6.9e-4, 1.2e-4, 6.4e-5}, {0.64, 1.7e-3, 1.6e-4, 1.4e-4}, {0.57, 2.2e-3, 2.0e-4, 2.1e-4},
-     {0.58, 3.5e-3, 2.2e-4, 3.1e-4}, {0.62, 4.9e-3, 3.4e-4, 3.6e-4}, {0.64, 5.9e-3, 4.2e-4, 4.0e-4},
-     {0.66, 7.4e-3, 4.4e-4, 5.1e-4}, {0.91, 1.1e-3, 4.5e-3, 2.8e-4}, {0.98, 3.8e-4, 6.4e-3, 2.6e-4},
-     {1.12, 5.1e-4, 8.6e-3, -2.5e-4}, {1.19, 4.6e-4, 9.4e-3, -3.2e-4}},
-    {{0.47, -7.5e-5, 7.7e-4, 9.8e-4}, {0.58, -4.5e-4, 8.7e-4, 4.2e-4}, {0.53, 8.6e-4, 9.9e-4, 3.7e-4},
-     {0.56, 1.3e-3, 1.0e-3, 1.8e-4}, {0.60, 2.4e-3, 1.3e-3, 7.8e-5}, {0.60, 4.1e-3, 1.5e-3, -4.2e-5},
-     {0.62, 5.2e-3, 1.7e-3, -1.5e-6}, {0.79, 4.7e-3, 1.8e-3, -2.2e-4}, {0.92, -6.0e-4, 7.3e-3, -2.9e-4},
-     {1.07, -6.2e-4, 9.8e-3, -1.3e-3}, {1.15, -7.5e-4, 1.1e-2, -1.6e-3}}};
-
-/* Linear in mass; stars below 1 Msun leave what one of 1 Msun does, and no more than they are. */
-static struct wind wind_of(const struct wind table[WIND_MASSES], double m)
-{
-    int k = 0;
-    if (m <= wind_mass[0]) {
-        struct wind first = table[0];
-        first.remnant = fmin(first.remnant, m);
-        return first;
-    }
-    while (k < WIND_MASSES - 2 && m > wind_mass[k + 1]) k++;
-    double x = (m - wind_mass[k]) / (wind_mass[k + 1] - wind_mass[k]), y = 1 - x;
-    const struct wind *a = &table[k], *b = a + 1;
-    return (struct wind){y * a->remnant + x * b->remnant, y * a->c + x * b->c, y * a->n + x * b->n,
-                         y * a->o + x * b->o};
-}
-
-/* Oxygen burnt is a part of the oxygen of birth: counted as the mass of birth composition that held it. */
-static const double oxygen_of_metals = 0.5;     /* Anders & Grevesse 1989, the composition of these models */
-
-/* Each star of a cell that ends as a wind and a white dwarf. */
-static void wind_yield(double m, double yield[N_CHANNELS])
-{
-    yield[AGB_NUMBER] = 1;
-    for (int z = 0; z < 2; z++) {
-        struct wind wind = wind_of(wind_table[z], m);
-        yield[AGB_MASS + z] = m - wind.remnant;
-        yield[AGB_METALS + z] = m * (wind.c + wind.n + wind.o);
-        yield[AGB_O + z] = m * fmax(wind.o, 0);
-        yield[AGB_BURNT + z] = m * fmax(-wind.o, 0) / (oxygen_of_metals * wind_metals[z]);
-        yield[LEFT + z] = wind.remnant;
-    }
-}
-
-/* Fits of Raiteri, Villata & Navarro 1996 to Woosley & Weaver 1995, for 8 to 40 Msun. */
-static double snii_ejecta(double m) { return 0.7682 * pow(m, 1.056); }
-
-static void snii_yield(double m, double yield[N_CHANNELS])
-{
-    yield[SNII_NUMBER] = 1;
-    yield[SNII_MASS] = snii_ejecta(m);
-    yield[SNII_FE] = 2.802e-4 * pow(m, 1.864);
-    yield[SNII_O] = 4.586e-4 * pow(m, 2.721);
-    yield[LEFT] = yield[LEFT_2] = m - yield[SNII_MASS];
-}
-
-static const double o_to_metals = 2.09, fe_to_metals = 1.06;   /* metals of SNII: solar ratios (Asplund et al. 2009) */
-static const double snia_mass = 1.4;            /* ejecta, Msun */
+static const double snia_mass = 1.4;            /* ejecta, Msun: all of them metals */
 
 /* Binaries whose secondary has mass m per Msun of m: 24 (m/M)^2 phi(M)/M over total masses M of 3 to
  * 16 Msun with a primary of at most 8 (Greggio & Renzini 1983). */
@@ -149,25 +93,58 @@ static double snia_binaries(const struct population_options *options, double m)
 
 /* --- tables --- */
 
-/* Everything per ln m at a mass, for a cell about `middle`, which decides how its stars end. */
-static void integrand(const struct population_options *options, double m, double middle, double value[N_CHANNELS])
+/* First channel of a column. */
+static int yield_channel(const struct population *population, const struct yield_table *table, int column)
 {
-    double number = m * imf_density(options->imf, m);
-    for (int c = 0; c < N_CHANNELS; c++) value[c] = 0;
-    value[DEAD] = value[LEFT] = value[LEFT_2] = m;
-    if (middle < snii_from) wind_yield(m, value);
-    else if (middle < snii_to) snii_yield(m, value);
-    for (int c = 0; c < N_CHANNELS; c++) value[c] *= number;
+    const int width = 2 + 2 * population->n_elements, before = table == agb_table ? 0 : agb_table->columns;
+    return FIRST_YIELD + (before + column) * width;
+}
+
+static double *channels_of(const struct population *population, double *table, int cell)
+{
+    return table + (size_t)cell * (size_t)population->channels;
+}
+
+static void add_yields(const struct population *population, const struct yield_table *table, double m, double value[MAX_CHANNELS])
+{
+    struct yield yield;
+    for (int column = 0; column < table->columns; column++) {
+        double *to = value + yield_channel(population, table, column);
+        table->of(column, m, &yield);
+        to[YIELD_MASS] = yield.mass;
+        to[YIELD_LEFT] = yield.left;
+        for (int e = 0; e < population->n_elements; e++) {
+            to[YIELD_MADE + e] = yield.made[population->element[e]];
+            to[YIELD_MADE + population->n_elements + e] = yield.burnt[population->element[e]];
+        }
+    }
+}
+
+/* Everything per ln m at a mass, for a cell about `middle`, which decides how its stars end. */
+static void integrand(const struct population *population, double m, double middle, double value[MAX_CHANNELS])
+{
+    const struct population_options *options = &population->options;
+    const double number = m * imf_density(options->imf, m);
+    for (int c = 0; c < population->channels; c++) value[c] = 0;
+    value[DEAD] = m;
+    if (middle < agb_table->to) {
+        value[AGB_NUMBER] = 1;
+        add_yields(population, agb_table, m, value);
+    } else if (middle < population->snii->to) {
+        value[SNII_NUMBER] = 1;
+        add_yields(population, population->snii, m, value);
+    } else {
+        value[COLLAPSED] = m;
+    }
+    for (int c = 0; c < population->channels; c++) value[c] *= number;
     value[SNIA_NUMBER] = m * snia_binaries(options, m);
-    value[LEFT] -= snia_mass * value[SNIA_NUMBER];
-    value[LEFT_2] -= snia_mass * value[SNIA_NUMBER];
 }
 
 /* Cell ends at every mass where something is not smooth, none wider than `widest`. */
 static void make_cells(struct population *population)
 {
-    static const double breaks[] = {IMF_LOWEST, 0.47, 0.5, 0.57, 1, 1.3, 1.5, 1.7, 2, 2.5, 3, 4, 5, 7, 8, 40,
-                                    IMF_HIGHEST};
+    static const double breaks[] = {IMF_LOWEST, 0.47, 0.5, 0.57, 1, 1.3, 1.5, 1.7, 2, 2.5, 3, 4, 5, 7, 8, 9,
+                                    12, 15, 20, 30, 40, 60, IMF_HIGHEST};
     population->log_m[0] = log(breaks[0]);
     for (size_t b = 1; b < sizeof breaks / sizeof *breaks; b++) {
         double from = log(breaks[b - 1]), to = log(breaks[b]);
@@ -179,16 +156,16 @@ static void make_cells(struct population *population)
 
 static void integrate_cell(struct population *population, int cell, gsl_integration_glfixed_table *rule)
 {
-    const struct population_options *options = &population->options;
     double from = population->log_m[cell], to = population->log_m[cell + 1], middle = exp(0.5 * (from + to));
-    double *sum = population->sum[cell], value[N_CHANNELS], log_m, weight;
-    integrand(options, exp(from), middle, population->low[cell]);
-    integrand(options, exp(to), middle, population->high[cell]);
-    for (int c = 0; c < N_CHANNELS; c++) sum[c] = population->sum[cell + 1][c];
+    double *sum = channels_of(population, population->sum, cell), *above = sum + population->channels;
+    double value[MAX_CHANNELS], log_m, weight;
+    integrand(population, exp(from), middle, channels_of(population, population->low, cell));
+    integrand(population, exp(to), middle, channels_of(population, population->high, cell));
+    for (int c = 0; c < population->channels; c++) sum[c] = above[c];
     for (size_t p = 0; p < POINTS; p++) {
         gsl_integration_glfixed_point(from, to, p, &log_m, &weight, rule);
-        integrand(options, exp(log_m), middle, value);
-        for (int c = 0; c < N_CHANNELS; c++) sum[c] += weight * value[c];
+        integrand(population, exp(log_m), middle, value);
+        for (int c = 0; c < population->channels; c++) sum[c] += weight * value[c];
     }
 }
 
@@ -203,7 +180,7 @@ static double find_fastest(const struct population *population)
         for (double age = from; age < to; age *= factor) {
             struct population_return by_cause[N_POPULATION_CAUSES];
             double sum = 0;
-            population_returned(population, age, &(struct population_birth){metals[z], 0, 0}, by_cause);
+            population_returned(population, age, &(struct population_birth){{metals[z]}}, by_cause);
             for (int c = 0; c < N_POPULATION_CAUSES; c++) sum += by_cause[c].mass;
             most = fmax(most, (sum - before) / log(factor));
             before = sum;
@@ -219,7 +196,14 @@ struct population *population_new(const struct population_options *options)
     struct population *population = mem_alloc("populations", sizeof *population);
     gsl_integration_glfixed_table *rule = gsl_integration_glfixed_table_alloc(POINTS);
     population->options = *options;
+    population->snii = snii_tables[options->snii];
+    for (int e = 0; e < N_ELEMENTS; e++)
+        if (e == ELEMENT_METALS || options->follows[e]) population->element[population->n_elements++] = (enum element)e;
+    population->channels = yield_channel(population, population->snii, population->snii->columns);
     make_cells(population);
+    population->sum = mem_array("populations", double, (population->n + 1) * population->channels);
+    population->low = mem_array("populations", double, population->n * population->channels);
+    population->high = mem_array("populations", double, population->n * population->channels);
     for (int cell = population->n - 1; cell >= 0; cell--) integrate_cell(population, cell, rule);
     gsl_integration_glfixed_table_free(rule);
     population->rule = gsl_integration_glfixed_table_alloc(WIND_POINTS);
@@ -229,12 +213,16 @@ struct population *population_new(const struct population_options *options)
 
 void population_free(struct population *population)
 {
-    if (population) gsl_integration_glfixed_table_free(population->rule);
+    if (!population) return;
+    gsl_integration_glfixed_table_free(population->rule);
+    mem_free(population->sum);
+    mem_free(population->low);
+    mem_free(population->high);
     mem_free(population);
 }
 
 /* The sums over all stars above a mass: Hermite's cubic in ln m. */
-static void sum_above(const struct population *population, double m, double sum[N_CHANNELS])
+static void sum_above(const struct population *population, double m, double sum[MAX_CHANNELS])
 {
     double log_m = fmin(fmax(log(m), population->log_m[0]), population->log_m[population->n]);
     int low = 0, high = population->n;
@@ -245,19 +233,11 @@ static void sum_above(const struct population *population, double m, double sum[
     }
     double width = population->log_m[low + 1] - population->log_m[low], x = (log_m - population->log_m[low]) / width;
     const double step = x * x * (3 - 2 * x), rise_a = x * (1 - x) * (1 - x) * width, rise_b = x * x * (x - 1) * width;
-    const double *a = population->sum[low], *b = population->sum[low + 1];
-    for (int c = 0; c < N_CHANNELS; c++)
-        sum[c] = a[c] + step * (b[c] - a[c]) - rise_a * population->low[low][c] - rise_b * population->high[low][c];
+    const double *a = channels_of(population, population->sum, low), *b = a + population->channels;
+    const double *begins = channels_of(population, population->low, low), *ends = channels_of(population, population->high, low);
+    for (int c = 0; c < population->channels; c++)
+        sum[c] = a[c] + step * (b[c] - a[c]) - rise_a * begins[c] - rise_b * ends[c];
 }
-
-/* Where between the two columns of winds a metallicity stands: linear in log Z. */
-static double wind_place(double metals)
-{
-    if (metals <= wind_metals[0]) return 0;
-    return fmin(1, log(metals / wind_metals[0]) / log(wind_metals[1] / wind_metals[0]));
-}
-
-static double mix(const double *column, double place) { return column[0] + place * (column[1] - column[0]); }
 
 /* Supernovae Ia up to an age by the law of delays; between t0 and a Hubble time there are snia_number. */
 static double delayed(const struct population_options *options, double age)
@@ -273,8 +253,9 @@ struct massive { double years, lost, lost_by_dead; };
 
 static struct massive find_massive(const struct population *population, double age, double metals)
 {
-    const double turnoff = fmin(fmax(population_turnoff(age, metals), snii_from), snii_to), half = 0.5;
-    const double end[3] = {log(snii_from), log(turnoff), log(snii_to)};
+    const struct yield_table *table = population->snii;
+    const double turnoff = fmin(fmax(population_turnoff(age, metals), table->from), table->to), half = 0.5;
+    const double end[3] = {log(table->from), log(turnoff), log(table->to)};
     struct massive sum = {0};
     for (int dead = 0; dead < 2; dead++)
         for (size_t p = 0; p < WIND_POINTS && end[dead] < end[dead + 1]; p++) {
@@ -282,7 +263,7 @@ static struct massive find_massive(const struct population *population, double a
             gsl_integration_glfixed_point(end[dead], end[dead + 1], p, &log_m, &weight, population->rule);
             double m = exp(log_m), number = weight * m * imf_density(population->options.imf, m);
             double years = dead ? population_lifetime(m, metals) : age;
-            double lost = fmin(population->options.wind_loss * years, half * snii_ejecta(m));
+            double lost = fmin(population->options.wind_loss * years, half * yields_snii_ejecta(m));
             sum.years += number * years;
             sum.lost += number * lost;
             if (dead) sum.lost_by_dead += number * lost;
@@ -296,45 +277,82 @@ static void add_winds(const struct population *population, double age, const str
 {
     struct population_return *snii = &by_cause[POPULATION_SNII];
     if (!(population->options.wind_loss > 0) || !(age > 0)) return;
-    struct massive massive = find_massive(population, age, birth->metals);
-    by_cause[POPULATION_WIND] = (struct population_return){massive.years, massive.lost, birth->metals * massive.lost,
-                                                           birth->o * massive.lost, birth->fe * massive.lost};
+    struct massive massive = find_massive(population, age, birth->element[ELEMENT_METALS]);
+    struct population_return *wind = &by_cause[POPULATION_WIND];
+    wind->number = massive.years;
+    wind->mass = massive.lost;
     snii->mass -= massive.lost_by_dead;
-    snii->metals -= birth->metals * massive.lost_by_dead;
-    snii->o -= birth->o * massive.lost_by_dead;
-    snii->fe -= birth->fe * massive.lost_by_dead;
+    for (int k = 0; k < population->n_elements; k++) {
+        const enum element e = population->element[k];
+        wind->element[e] = birth->element[e] * massive.lost;
+        snii->element[e] -= birth->element[e] * massive.lost_by_dead;
+    }
+}
+
+static double mix(const double *a, const double *b, int part, double place) { return a[part] + place * (b[part] - a[part]); }
+
+/* Sums over the stars of a table, between its columns. */
+static void add_ended(const struct population *population, const struct yield_table *table, const double sum[MAX_CHANNELS],
+                      const struct population_birth *birth, struct population_return *returned)
+{
+    const int n = population->n_elements;
+    int column;
+    const double place = yields_place(table, birth->element[ELEMENT_METALS], &column);
+    const double *a = sum + yield_channel(population, table, column);
+    const double *b = place > 0 ? sum + yield_channel(population, table, column + 1) : a;
+    returned->mass = mix(a, b, YIELD_MASS, place);
+    for (int k = 0; k < n; k++) {
+        const enum element e = population->element[k];
+        const double burnt = mix(a, b, YIELD_MADE + n + k, place);
+        returned->element[e] = birth->element[e] * (returned->mass - burnt) + mix(a, b, YIELD_MADE + k, place);
+    }
+}
+
+static void add_snia(const struct population *population, double number, struct population_return *returned)
+{
+    returned->number = number;
+    returned->mass = snia_mass * number;
+    for (int k = 0; k < population->n_elements; k++) {
+        const enum element e = population->element[k];
+        double yield = e == ELEMENT_O ? population->options.snia_o : e == ELEMENT_FE ? population->options.snia_fe : yields_snia[e];
+        returned->element[e] = yield * number;
+    }
 }
 
 void population_returned(const struct population *population, double age, const struct population_birth *birth,
                          struct population_return by_cause[N_POPULATION_CAUSES])
 {
-    const struct population_options *options = &population->options;
-    double sum[N_CHANNELS], place = wind_place(birth->metals);
-    sum_above(population, population_turnoff(age, birth->metals), sum);
-    double o = sum[SNII_O], fe = sum[SNII_FE];
-    by_cause[POPULATION_SNII] = (struct population_return){sum[SNII_NUMBER], sum[SNII_MASS],
-                                                           o_to_metals * o + fe_to_metals * fe, o, fe};
-    double snia = fmax(sum[SNIA_NUMBER], 0) + delayed(options, age);    /* rounding, before the first of them */
-    by_cause[POPULATION_SNIA] = (struct population_return){snia, snia_mass * snia, snia_mass * snia,
-                                                           options->snia_o * snia, options->snia_fe * snia};
-    double mass = mix(&sum[AGB_MASS], place), made = mix(&sum[AGB_METALS], place);
-    double old_o = birth->o * (mass - mix(&sum[AGB_BURNT], place)), new_o = mix(&sum[AGB_O], place);
-    by_cause[POPULATION_AGB] = (struct population_return){sum[AGB_NUMBER], mass, birth->metals * mass + made,
-                                                          old_o + new_o, birth->fe * mass};
-    by_cause[POPULATION_WIND] = (struct population_return){0};
+    double sum[MAX_CHANNELS];
+    sum_above(population, population_turnoff(age, birth->element[ELEMENT_METALS]), sum);
+    for (int c = 0; c < N_POPULATION_CAUSES; c++) by_cause[c] = (struct population_return){0};
+    by_cause[POPULATION_SNII].number = sum[SNII_NUMBER];
+    by_cause[POPULATION_AGB].number = sum[AGB_NUMBER];
+    add_ended(population, population->snii, sum, birth, &by_cause[POPULATION_SNII]);
+    add_ended(population, agb_table, sum, birth, &by_cause[POPULATION_AGB]);
+    double snia = fmax(sum[SNIA_NUMBER], 0) + delayed(&population->options, age);   /* rounding, before the first of them */
+    add_snia(population, snia, &by_cause[POPULATION_SNIA]);
     add_winds(population, age, birth, by_cause);
 }
 
 double population_dead(const struct population *population, double age, double metals)
 {
-    double sum[N_CHANNELS];
+    double sum[MAX_CHANNELS];
     sum_above(population, population_turnoff(age, metals), sum);
     return sum[DEAD];
 }
 
+static double left_by(const struct population *population, const struct yield_table *table, const double sum[MAX_CHANNELS],
+                      double metals)
+{
+    int column;
+    const double place = yields_place(table, metals, &column), *a = sum + yield_channel(population, table, column);
+    return place > 0 ? mix(a, sum + yield_channel(population, table, column + 1), YIELD_LEFT, place) : a[YIELD_LEFT];
+}
+
 double population_remnants(const struct population *population, double age, double metals)
 {
-    double sum[N_CHANNELS];
+    double sum[MAX_CHANNELS];
     sum_above(population, population_turnoff(age, metals), sum);
-    return mix(&sum[LEFT], wind_place(metals)) - snia_mass * delayed(&population->options, age);
+    double left = left_by(population, agb_table, sum, metals) + left_by(population, population->snii, sum, metals);
+    return sum[COLLAPSED] + left - snia_mass * (fmax(sum[SNIA_NUMBER], 0) + delayed(&population->options, age));
 }

@@ -30,6 +30,13 @@
     COLUMN(metals,   double,      , KEEP, "M",        "Metallicity",     "mass fraction of metals (the column itself: their mass)") \
     COLUMN(mass_o,   double,      , KEEP, "M",        "OxygenFraction",  "mass fraction of oxygen (the column itself: its mass)") \
     COLUMN(mass_fe,  double,      , KEEP, "M",        "IronFraction",    "mass fraction of iron (the column itself: its mass)") \
+    COLUMN(mass_c,   double,      , KEEP, "M",        "CarbonFraction",  "mass fraction of carbon (the column itself: its mass)") \
+    COLUMN(mass_n,   double,      , KEEP, "M",        "NitrogenFraction", "mass fraction of nitrogen (the column itself: its mass)") \
+    COLUMN(mass_ne,  double,      , KEEP, "M",        "NeonFraction",    "mass fraction of neon (the column itself: its mass)") \
+    COLUMN(mass_mg,  double,      , KEEP, "M",        "MagnesiumFraction", "mass fraction of magnesium (the column itself: its mass)") \
+    COLUMN(mass_si,  double,      , KEEP, "M",        "SiliconFraction", "mass fraction of silicon (the column itself: its mass)") \
+    COLUMN(mass_s,   double,      , KEEP, "M",        "SulfurFraction",  "mass fraction of sulfur (the column itself: its mass)") \
+    COLUMN(mass_ca,  double,      , KEEP, "M",        "CalciumFraction", "mass fraction of calcium (the column itself: its mass)") \
     COLUMN(birth,    double,      , KEEP, "L V^-1",   "StellarFormationTime", "time at which the stars formed") \
     COLUMN(mass_born,double,      , KEEP, "M",        "InitialMass",     "mass of the stars when they formed") \
     COLUMN(age_paid, double,      , KEEP, "L V^-1",   "",                "age up to which the stars have returned what was due") \
@@ -72,7 +79,7 @@ enum node_column { NODE_COLUMNS(NODE) N_NODE_COLUMNS };
 #undef NODE
 
 /* Masses of elements, contiguous; snapshots and starting files hold them as fractions of the row's mass. */
-enum { FIRST_ELEMENT = COLUMN_metals, END_ELEMENTS = COLUMN_mass_fe + 1 };
+enum { FIRST_ELEMENT = COLUMN_metals, END_ELEMENTS = COLUMN_mass_ca + 1 };
 static inline int column_is_element(int c) { return c >= FIRST_ELEMENT && c < END_ELEMENTS; }
 
 struct column_info {

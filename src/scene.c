@@ -132,6 +132,23 @@ static void remove_block(struct scene *scene, struct scene_block *block)
     scene->n--;
 }
 
+/* Belongs to the caller; NULL with a problem. A list [a, b] is the text "a, b", as it is typed after --set. */
+static char *value_of(struct source *source, const yaml_node_t *node, const char *what)
+{
+    char *all = NULL;
+    if (node->type != YAML_SEQUENCE_NODE) {
+        const char *text = text_of(source, node, what);
+        return text ? copy(text) : NULL;
+    }
+    for (const yaml_node_item_t *item = node->data.sequence.items.start; item < node->data.sequence.items.top; item++) {
+        const char *text = text_of(source, yaml_document_get_node(&source->document, *item), what);
+        char *longer = text ? mem_format("scene", "%s%s%s", all ? all : "", all ? ", " : "", text) : NULL;
+        mem_free(all);
+        if (!(all = longer)) return NULL;
+    }
+    return all ? all : copy("");
+}
+
 static void read_entry(struct source *source, struct scene_block *block, const yaml_node_pair_t *pair)
 {
     const yaml_node_t *key_node = yaml_document_get_node(&source->document, pair->key);
@@ -139,11 +156,12 @@ static void read_entry(struct source *source, struct scene_block *block, const y
     if (!key) return;
     char *place = place_of(source, key_node), *what = mem_format("scene", "%s.%s", block->name, key);
     const struct scene_entry *earlier = find_entry(block, key);
-    const char *value = text_of(source, yaml_document_get_node(&source->document, pair->value), what);
+    char *value = value_of(source, yaml_document_get_node(&source->document, pair->value), what);
     if (earlier && source->path)
         problems_add(source->problems, "%s: %s: given twice, first at %s", place, what, earlier->place);
     else if (value)
-        set_entry(block, (struct scene_entry){(char *)key, (char *)value, place, !source->path});
+        set_entry(block, (struct scene_entry){(char *)key, value, place, !source->path});
+    mem_free(value);
     mem_free(place);
     mem_free(what);
 }

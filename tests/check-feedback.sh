@@ -38,13 +38,18 @@ for line in 10 40 0; do
 done
 near "$(column $energies total 0)" "$(column $energies total 2)" 1e-3 || fail "energy: $(column $energies error 0)"
 
-awk -F, 'NR == 1 { for (i = 1; i <= NF; i++) { sub(/ .*/, "", $i); at[$i] = i } next }
-    { for (k = split("metals oxygen iron", name, " "); k > 0; k--) {
-        all = $at[name[k] "_gas"] + $at[name[k] "_star"] - $at[name[k] "_made"]
-        if (NR == 2) first[k] = all
-        d = all / first[k] - 1
-        if (d > 1e-10 || d < -1e-10) { print name[k], d; bad = 1 } } }
-    END { exit bad || NR < 6 }' one/budget.csv || fail "elements are not conserved"
+# conserved FILE ELEMENTS: what gas and stars hold is what they began with and what was made, in each row.
+conserved() {
+    awk -F, -v names="$2" 'NR == 1 { for (i = 1; i <= NF; i++) { sub(/ .*/, "", $i); at[$i] = i } next }
+        { for (k = split(names, name, " "); k > 0; k--) {
+            all = $at[name[k] "_gas"] + $at[name[k] "_star"] - $at[name[k] "_made"]
+            if (NR == 2) first[k] = all
+            d = all / first[k] - 1
+            if (d > 1e-10 || d < -1e-10 || !(name[k] "_made" in at)) { print name[k], d; bad = 1 }
+            if ($at[name[k] "_made"] > 0) made[k] = 1 } }
+        END { for (k in name) bad += !made[k]; exit bad || NR < 6 }' "$1"
+}
+conserved one/budget.csv "metals oxygen iron" || fail "elements are not conserved"
 near "$(column one/budget.csv snii 0)" 497.46 1e-3 || fail "supernovae: $(column one/budget.csv snii 0)"
 cmp -s one/budget.csv half/budget.csv || fail "budget.csv differs after a restart"
 
@@ -72,6 +77,27 @@ awk -F, 'NR == 1 { for (i = 1; i <= NF; i++) { sub(/ .*/, "", $i); at[$i] = i } 
 tephra info one/snapshot_004.hdf5 >info
 grep -A30 '^gas' info | grep -m1 Oxygen | awk '{ exit !($5 > 0.0088) }' || fail "no oxygen in the gas: $(grep Oxygen info)"
 grep -A30 '^star' info | grep -m1 Iron | awk '{ exit !($3 == $5) }' || fail "the stars' own iron changed"
+
+# A list of elements: a column for each that it names, in files, budget and books, and for no other.
+elements="carbon nitrogen oxygen neon magnesium silicon sulfur calcium iron"
+sed 's/^  imf: .*/&\n  snii: portinari1998\n  elements: [C, N, O, Ne, Mg, Si, S, Ca, Fe]/' "$scene" >elements.yml
+expect_status 0 tephra run elements.yml $small --out elements
+conserved elements/budget.csv "metals $elements" || fail "elements of the list are not conserved"
+tephra info elements/snapshot_004.hdf5 >info
+for name in Carbon Nitrogen Oxygen Neon Magnesium Silicon Sulfur Calcium Iron; do
+    [ "$(grep -c "${name}Fraction" info)" -eq 2 ] || fail "no ${name}Fraction of gas and stars"
+done
+tephra info one/snapshot_004.hdf5 | grep -q Carbon && fail "a column of carbon that nobody asked for"
+near "$(column elements/budget.csv snii 0)" 524.7 1e-3 || fail "supernovae of 8 to 100 Msun: $(column elements/budget.csv snii 0)"
+sed 's/^  imf: .*/  elements: []/' "$scene" >metals.yml
+expect_status 0 tephra run metals.yml --set start.n=410 --set time.end=12.5Myr --out metals
+head -n 1 metals/budget.csv | grep -q 'metals_gas' || fail "no metals"
+head -n 1 metals/budget.csv | grep -q 'oxygen' && fail "oxygen that nobody asked for"
+expect_status 2 tephra check "$scene" --set "feedback.elements=O, Mg" --set feedback.winds=on
+expect_text 'Mg needs snii: portinari1998' err
+expect_status 2 tephra check "$scene" --set "feedback.elements=O, Xe" --set feedback.snii=portinari1998 --set feedback.winds=on
+expect_text 'no yields of "Xe"' err
+expect_text 'hold the winds of massive stars already' err
 
 # Winds: 1.010e5 years a Msun of stars, 0.1 of 1e35 erg/s each; 7.2 % of the mass is returned all the same.
 expect_status 0 tephra run "$scene" $small --set feedback.winds=on --out winds

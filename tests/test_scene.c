@@ -92,7 +92,7 @@ static void test_malformed(void **state)
         {"title: a\ntitle: b\n", 1, "scene.yml:2: title: given twice"},
         {"title: {a: b}\n", 1, "scene.yml:1: title: expects one number, word or text"},
         {"sph:\n  a: {b: 1}\n", 1, "scene.yml:2: sph.a: expects one number, word or text, not a block"},
-        {"sph:\n  a: [1, 2]\n", 1, "scene.yml:2: sph.a: expects one number, word or text, not a list"},
+        {"sph:\n  a: [1, [2]]\n", 1, "scene.yml:2: sph.a: expects one number, word or text, not a list"},
         {"sph:\n  ? [1, 2]\n  : 3\n", 1, "scene.yml:2: sph: expects one number"},
         {"sph:\n\tn: 1\n", 1, "scene.yml:2: not valid YAML"},
         {"sph:\n\tn: 1\n", 1, "indent with spaces, not tabs"},
@@ -120,12 +120,14 @@ static void test_malformed(void **state)
 static void test_odd_but_valid(void **state)
 {
     (void)state;
-    struct outcome o = read_text("\xef\xbb\xbf%YAML 1.1\n---\n\"sph\": {'n' : '1 kpc', m: &x 2, k: *x, empty: }\n"
+    struct outcome o = read_text("\xef\xbb\xbf%YAML 1.1\n---\n\"sph\": {'n' : '1 kpc', m: &x 2, k: *x, empty: , list: [1 pc, two, *x], none: []}\n"
                                  "title: \xce\xb1 Centauri\n...\n");
     assert_int_equal(o.problems.count, 0);
     assert_string_equal(scene_value(o.scene, "sph", "n"), "1 kpc");
     assert_string_equal(scene_value(o.scene, "sph", "k"), "2");
     assert_string_equal(scene_value(o.scene, "sph", "empty"), "");
+    assert_string_equal(scene_value(o.scene, "sph", "list"), "1 pc, two, 2");
+    assert_string_equal(scene_value(o.scene, "sph", "none"), "");
     assert_string_equal(o.scene->title, "\xce\xb1 Centauri");
     discard(&o);
     o = read_text("sph: {n: 1}\r\ngravity: {a: 2}\r\n");
