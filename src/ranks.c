@@ -231,12 +231,13 @@ bool ranks_failed(const struct sim *sim)
 static void share_h(struct sim *sim, void *state)
 {
     (void)state;
-    ranks_share(sim, (uint64_t)1 << COLUMN_h);
+    if (sim->species[GAS].n > 0) ranks_share(sim, (uint64_t)1 << COLUMN_h);
 }
 
 static void share_density(struct sim *sim, void *state)
 {
     (void)state;
+    if (sim->species[GAS].n == 0) return;
     uint64_t columns = (uint64_t)1 << COLUMN_rho | (uint64_t)1 << COLUMN_balsara;
     /* With terms of grad h; and u, which may follow the density then. */
     if (species_has(&sim->species[GAS], COLUMN_omega)) columns |= (uint64_t)1 << COLUMN_omega | (uint64_t)1 << COLUMN_u;

@@ -74,6 +74,17 @@ if command -v mpirun >/dev/null && ! tephra --version | grep -q 'MPI *no'; then
     expect_status 0 mpirun -n 3 --oversubscribe tephra run "$cluster" $small --set time.integrator=hermite4 \
         --set 'hermite4={iterations: 2}' --out three --threads 1
     same one/snapshot_002.hdf5 three/snapshot_002.hdf5
+    # With sources shared out: 1700 stars are four chunks of them. The first steps of order 8 are iterated.
+    many="--set start.n=1700 --set time.end=0.03125 --set output.snapshot_every=0.03125"
+    for order in 4 8; do
+        expect_status 0 tephra run "$cluster" $many --set time.integrator=hermite$order --out many$order --threads 1
+        for ranks in 2 3; do
+            expect_status 0 mpirun -n $ranks --oversubscribe tephra run "$cluster" $many --set time.integrator=hermite$order \
+                --out shared$order-$ranks --threads 1
+            same many$order/snapshot_001.hdf5 shared$order-$ranks/snapshot_001.hdf5
+            grep -q 'shared out among the ranks in [1-9]' shared$order-$ranks/log.txt || fail "sources are not shared out"
+        done
+    done
 fi
 long="--set start.n=500 --set time.end=0.25 --set output.checkpoint_every=0.125 --set time.integrator=hermite8"
 expect_status 0 tephra run "$cluster" $long --out whole --threads 1
