@@ -118,6 +118,19 @@ HD void cell_to_local(real *local, real mass, const real *moment, const real *d,
 #undef CELL_5
 }
 
+/* One cell's potential and force at a row: the terms n = 0 and 1 of the same, all k < order. */
+HD void cell_to_row(real *local, real mass, const real *moment, const real *d, int order)
+{
+#define CELL_ROW(a, b, c) { real l = mass * d[CELL_INDEX(a, b, c)]; \
+    l = cell_contract(l, moment, d, 2, a, b, c); \
+    if (order > 3) l = cell_contract(l, moment, d, 3, a, b, c); \
+    if (order > 4) l = cell_contract(l, moment, d, 4, a, b, c); \
+    if (order > 5) l = cell_contract(l, moment, d, 5, a, b, c); \
+    local[CELL_INDEX(a, b, c)] = l; }
+    CELL_ORDER_0(CELL_ROW) CELL_ORDER_1(CELL_ROW)
+#undef CELL_ROW
+}
+
 /* Powers e^j / j! of a shift. */
 struct cell_powers { real of[7]; };
 HD struct cell_powers cell_power(real e)

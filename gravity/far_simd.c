@@ -91,6 +91,17 @@ HD void far_batch(real *sum, const struct gravity_far *far, const struct tile *t
     cell_to_local(sum, simd_load(tile->mass + first), moment, d, order);
 }
 
+/* The cells of a chunk and, up to whole batches, cells without mass. */
+static void far_stage_batches(struct tile *tile, const struct gravity_far *far, int from, int n)
+{
+    for (int i = 0; i < n; i++) __builtin_prefetch(far->moment + (int64_t)far->width * far->list[from + i]);
+    far_stage(tile, far, from, n);
+    for (int i = n; i % LANES != 0; i++) {
+        tile->x[i] = tile->y[i] = tile->z[i] = tile->unit[i] = 1;
+        tile->mass[i] = 0;
+    }
+}
+
 HD void far_to_local(float *local, const struct gravity_far *far, int order)
 {
     const int terms = CELL_TERMS(order + 1);
@@ -99,18 +110,45 @@ HD void far_to_local(float *local, const struct gravity_far *far, int order)
     for (int from = 0; from < far->n; from += CELLS_CHUNK) {
         int n = far->n - from < CELLS_CHUNK ? far->n - from : CELLS_CHUNK;
         struct tile tile;
-        for (int i = 0; i < n; i++) __builtin_prefetch(far->moment + (int64_t)far->width * far->list[from + i]);
-        far_stage(&tile, far, from, n);
-        for (int i = n; i % LANES != 0; i++) {
-            tile.x[i] = tile.y[i] = tile.z[i] = tile.unit[i] = 1;
-            tile.mass[i] = 0;
-        }
+        far_stage_batches(&tile, far, from, n);
         for (int first = 0; first < n; first += LANES)
             far_batch(sum, far, &tile, from, first, n - first, order);
     }
     float out[CELL_TERMS_MAX + LANES];
     for (int i = 0; i < terms; i += LANES) simd_store(out + i, simd_sums(sum + i));
     for (int i = 0; i < terms; i++) local[i] += out[i];
+}
+
+/* One batch of cells on one row at the centre, each in units of its own distance, so that no power of it overflows. */
+HD void far_row_batch(real sum[4], const struct gravity_far *far, const struct tile *tile, int from, int first, int n, int order)
+{
+    real moment[MOMENTS_MAX], d[CELL_TERMS_MAX], local[4];
+    struct cell_vector r = { -simd_load(tile->x + first), -simd_load(tile->y + first), -simd_load(tile->z + first) };
+    real r2 = r.x * r.x + r.y * r.y + r.z * r.z, y = real_rsqrt_guess(r2);
+    y *= 1.5f - 0.5f * r2 * y * y;
+    r = (struct cell_vector){ y * r.x, y * r.y, y * r.z };
+    far_moments(moment, far, from + first, n, y * simd_load(tile->unit + first), order);
+    cell_derivatives(d, r, far->soft2 * y * y, order);
+    cell_to_row(local, simd_load(tile->mass + first), moment, d, order);
+    sum[0] += y * local[0];
+    for (int k = 1; k < 4; k++) sum[k] += y * y * local[k];
+}
+
+HD void far_on_row(double field[4], const struct gravity_far *far, int order)
+{
+    real sum[4] = { { 0 }, { 0 }, { 0 }, { 0 } };
+    for (int from = 0; from < far->n; from += CELLS_CHUNK) {
+        int n = far->n - from < CELLS_CHUNK ? far->n - from : CELLS_CHUNK;
+        struct tile tile;
+        far_stage_batches(&tile, far, from, n);
+        for (int first = 0; first < n; first += LANES)
+            far_row_batch(sum, far, &tile, from, first, n - first, order);
+    }
+    for (int k = 0; k < 4; k++) {
+        double lanes[LANES] = { 0 };
+        simd_promote(lanes, sum[k]);
+        for (int i = 0; i < LANES; i++) field[k] += lanes[i];
+    }
 }
 
 HD void far_at_targets(struct gravity_targets *t, const float *local, int order)
@@ -160,6 +198,7 @@ CELLS(quadrupoles_pot, 1, true)
     static void of_rows_##n(float *moment, const struct gravity_source *row, int rows, float unit) \
     { far_of_rows(moment, row, rows, unit, n); } \
     static void to_local_##n(float *local, const struct gravity_far *far) { far_to_local(local, far, n); } \
+    static void on_row_##n(double *field, const struct gravity_far *far) { far_on_row(field, far, n); } \
     static void at_targets_##n(struct gravity_targets *t, const float *local) { far_at_targets(t, local, n); }
 ORDER(3)
 ORDER(4)
@@ -171,5 +210,6 @@ const struct gravity_far_table SIMD_NAME(gravity_far_table) = {
     .quadrupoles = { quadrupoles, quadrupoles_pot },
     .of_rows = { of_rows_3, of_rows_4, of_rows_5, of_rows_6 },
     .to_local = { to_local_3, to_local_4, to_local_5, to_local_6 },
+    .on_row = { on_row_3, on_row_4, on_row_5, on_row_6 },
     .at_targets = { at_targets_3, at_targets_4, at_targets_5, at_targets_6 },
 };

@@ -88,7 +88,9 @@ static void sum_rows(struct walk *w, const struct gravity_sources *s, bool own)
 {
     const struct gravity *g = w->g;
     const struct gravity_pair_table *table = g->kernels->pair;
-    gravity_pair_sum *const *forms = (w->potential ? own ? table->own : table->pot : table->acc)[gravity_refinement(g)];
+    /* Over the few pairs of a lone row errors do not average out. */
+    const enum gravity_refinement refinement = w->lone ? GRAVITY_REFINED : gravity_refinement(g);
+    gravity_pair_sum *const *forms = (w->potential ? own ? table->own : table->pot : table->acc)[refinement];
     forms[g->pair_form](&w->targets, s);
     w->pairs += (int64_t)w->targets.n * s->n;
 }
@@ -99,12 +101,14 @@ static void evaluate(struct walk *w)
     w->sources.n = 0;
 }
 
-void walk_begin_group(struct walk *w, const double centre[3], double unit, const struct node *node)
+/* All rows of the cell act; those that are targets: `only`, or, if it is NULL, the active own ones. */
+static void begin(struct walk *w, const double centre[3], double unit, const struct node *node, const struct row *only)
 {
     int64_t rows = node_rows(node, ALL_SPECIES);
     w->stage = stage_at(w->sim, w->g, centre, w->g->unit);
     reserve_own(&w->own, rows);
     reserve_targets(w, (int)rows);
+    w->lone = only != NULL;
     w->targets.n = 0;
     w->targets.unit = (float)(w->g->unit / unit);
     w->own.soft2 = w->sources.soft2 = (float)(w->g->far_soft2 / (w->g->unit * w->g->unit));
@@ -114,12 +118,29 @@ void walk_begin_group(struct walk *w, const double centre[3], double unit, const
         int64_t from = node->first[k], to = from + node->count[k];
         int before = w->own.n;
         stage_sources(&w->stage, &w->own, s, from, to);
-        for (int64_t i = from; i < to; i++)
+        if (only && only->species == k) add_target(w, k, only->index, before + (int)(only->index - from));
+        for (int64_t i = from; i < to && !only; i++)
             if (i >= s->own && i < s->own + s->n_own && timeline_active(time, s->rung[i]))
                 add_target(w, k, i, before + (int)(i - from));
     }
     fill_lanes(&w->targets);
     sum_rows(w, &w->own, true);
+}
+
+void walk_begin_group(struct walk *w, const double centre[3], double unit, const struct node *node)
+{ begin(w, centre, unit, node, NULL); }
+
+void walk_begin_row(struct walk *w, const double centre[3], double unit, const struct node *node, struct row row)
+{ begin(w, centre, unit, node, &row); }
+
+void walk_add_field(struct walk *w, const double field[4])
+{
+    const struct gravity_targets *t = &w->targets;
+    const double unit = (double)t->unit, area = unit * unit;
+    t->depth[0] += unit * field[0];
+    t->ax[0] += area * field[1];
+    t->ay[0] += area * field[2];
+    t->az[0] += area * field[3];
 }
 
 void walk_add_local(struct walk *w, const float *local)

@@ -103,6 +103,8 @@ struct gravity_pair_table {
 };
 typedef void gravity_cell_sum(struct gravity_targets *t, const struct gravity_far *far);
 typedef void gravity_local_sum(float *local, const struct gravity_far *far);
+/* Depth and acceleration at the centre, added to field. */
+typedef void gravity_row_sum(double *field, const struct gravity_far *far);
 /* Moments of n rows whose unit of length is `unit` of the moments'. */
 typedef void gravity_moment_sum(float *moment, const struct gravity_source *row, int n, float unit);
 typedef void gravity_local_field(struct gravity_targets *t, const float *local);
@@ -111,6 +113,7 @@ struct gravity_far_table {
     gravity_cell_sum *monopoles[2], *quadrupoles[2];    /* [with potential] */
     gravity_moment_sum *of_rows[GRAVITY_ORDERS];        /* M_abc of orders 2 to order - 1, set */
     gravity_local_sum *to_local[GRAVITY_ORDERS];        /* cells to a local expansion, added */
+    gravity_row_sum *on_row[GRAVITY_ORDERS];            /* cells on one row */
     gravity_local_field *at_targets[GRAVITY_ORDERS];    /* of L_abc / (a! b! c!), added */
 };
 extern const struct gravity_pair_table gravity_pair_table_v2, gravity_pair_table_v3, gravity_pair_table_v4;

@@ -48,17 +48,20 @@ static float unit_above(double x)
 static void measure_powers(struct gravity_cell *cell, const float *moment, int order)
 {
     static const double factorial[] = {1, 1, 2, 6, 24, 120, 720};
-    double norm = 0;
+    const double reach = (double)(cell->reach / cell->scale);
+    double norm = 0, before = 0, last;
     for (int k = 2; k <= order; k++) {
-        double before = norm, binomial = factorial[order] / (factorial[k] * factorial[order - k]);
+        last = before;
+        before = norm;
+        double binomial = factorial[order] / (factorial[k] * factorial[order - k]);
         norm = 0;
         for (int a = k; a >= 0 && k < order; a--)
             for (int b = k - a; b >= 0; b--) {
                 double m = (double)moment[CELL_MOMENT(a, b, k - a - b)];
                 norm += m * m * factorial[a] * factorial[b] * factorial[k - a - b] * factorial[k];
             }
-        /* The highest is not kept: bounded by the one below. */
-        norm = k < order ? sqrt(norm) : before * (double)(cell->reach / cell->scale);
+        /* The highest is not kept: bounded by those below, of which two or three rows may have no odd ones. */
+        norm = k < order ? sqrt(norm) : fmax(before * reach, last * reach * reach);
         cell->power[k - 2] = (float)(binomial * norm);
     }
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * `accuracy`: settings taken from the measured front. Each entry is a row of doc/charts/gravity.csv (four sets,
- * N = 1e5): the cheapest whose 99th percentile lies at or below its accuracy on every set. tests/test_gravity.c
+ * N = 1e5): the cheapest whose 99th percentile lies at or below its accuracy on every set. tests/test_gravity_front.c
  * holds the two together. */
 #include "gravity.h"
 #include <math.h>

@@ -11,8 +11,8 @@
  *         a source would only let each of its pieces pass with the same error of the target's size in
  *         all: what is within it acts on the rows.
  * A task is a cell with its path from the root walked anew, so that every group sees the same lists
- * in the same order whatever the number of threads and ranks, and whichever rows are active. A target that needs
- * what another rank has not sent yet becomes a task of the next round. */
+ * in the same order whatever the number of threads and ranks. A target with few active rows serves each of them on its own
+ * (walk_row.c). A target that needs what another rank has not sent yet becomes a task of the next round. */
 #include "walk.h"
 #include "cell.h"
 #include "ghosts.h"
@@ -137,8 +137,7 @@ static void judge_opened(struct walk *w, const struct gravity_view *v, const str
     }
 }
 
-/* Judges waiting[from, to) and whatever is opened on the way; what is left waits behind `to`. */
-static void judge_all(struct walk *w, const struct gravity_view *v, int64_t from, int64_t to)
+void walk_judge(struct walk *w, const struct gravity_view *v, int64_t from, int64_t to)
 {
     w->local.n = w->near.n = w->opened.n = w->opened_far.n = 0;
     w->waiting.n = to;
@@ -149,7 +148,7 @@ static void judge_all(struct walk *w, const struct gravity_view *v, int64_t from
     judge_opened(w, &far, &w->opened_far);
 }
 
-static struct gravity_far far_of(const struct walk *w, const struct gravity_view *v, const struct list *list)
+struct gravity_far walk_far(const struct walk *w, const struct gravity_view *v, const struct list *list)
 {
     return (struct gravity_far){
         .cell = w->g->cell, .moment = w->sim->tree.moment, .width = w->sim->tree.width[NODE_moment],
@@ -157,9 +156,8 @@ static struct gravity_far far_of(const struct walk *w, const struct gravity_view
         .soft2 = (float)(w->g->far_soft2 / (v->unit * v->unit))};
 }
 
-/* The parent's expansion about this target's centre, in its unit. */
-static void inherit(float *local, const float *parent, const struct gravity_view *from,
-                    const struct gravity_view *to, int order)
+void walk_inherit(float *local, const float *parent, const struct gravity_view *from,
+                  const struct gravity_view *to, int order)
 {
     double t[CELL_TERMS_MAX], factor = to->unit / from->unit, scale = 1;
     for (int i = 0; i < CELL_TERMS(order + 1); i++) t[i] = (double)parent[i];
@@ -177,8 +175,7 @@ static void inherit(float *local, const float *parent, const struct gravity_view
     }
 }
 
-/* Asks for the rows of leaves that are not here. */
-static void want_rows(struct walk *w, int32_t target)
+void walk_want_rows(struct walk *w, int32_t target)
 {
     for (int64_t i = 0; i < w->near.n; i++)
         if (!ghosts_have_rows(w->sim, w->near.item[i], GHOST_MOTION)) want(w, target, w->near.item[i], true);
@@ -188,7 +185,7 @@ static void settle_group(struct walk *w, const struct gravity_view *v, const flo
 {
     const struct node *node = &w->sim->tree.node[v->cell];
     walk_begin_group(w, v->centre, v->unit, node);
-    struct gravity_far far = far_of(w, v, &w->far);
+    struct gravity_far far = walk_far(w, v, &w->far);
     const struct gravity_far_table *table = w->g->kernels->far;
     if (local) walk_add_local(w, local);
     if (far.n > 0) (w->g->opening.order > 1 ? table->quadrupoles : table->monopoles)[w->potential](&w->targets, &far);
@@ -210,11 +207,15 @@ static void descend(struct walk *w, int32_t n, int64_t from, int64_t to, const s
 {
     if (w->sim->tree.active_count[n] == 0) return;
     const bool fmm = w->g->opening.solver == SOLVER_FMM;
+    if (fmm && w->g->known && walk_has_few(w, n)) {     /* above the task, those of the task alone */
+        walk_rows(w, next_on_path(w, n) >= 0 ? w->path.item[0] : n, &(struct walk_inherited){from, to, parent, above});
+        return;
+    }
     struct gravity_view v = walk_view(w, n, parent ? parent->unit : 0);
     float local[CELL_TERMS_MAX] = {0};
     int64_t far_before = w->far.n;
-    judge_all(w, &v, from, to);
-    if (v.group && w->sim->spread) want_rows(w, n);
+    walk_judge(w, &v, from, to);
+    if (v.group && w->sim->spread) walk_want_rows(w, n);
     if (w->missing) {   /* above the task other tasks are there for what is beside it */
         list_add(&w->again, next_on_path(w, n) >= 0 ? w->path.item[0] : n);
         w->missing = false;
@@ -223,8 +224,8 @@ static void descend(struct walk *w, int32_t n, int64_t from, int64_t to, const s
     }
     if (fmm) {
         int order = w->g->opening.order;
-        if (parent) inherit(local, above, parent, &v, order);
-        struct gravity_far list = far_of(w, &v, &w->local);
+        if (parent) walk_inherit(local, above, parent, &v, order);
+        struct gravity_far list = walk_far(w, &v, &w->local);
         if (list.n > 0) w->g->kernels->far->to_local[order - GRAVITY_ORDER_MIN](local, &list);
         w->cells += list.n;
     }
@@ -277,24 +278,28 @@ static void walk_tasks(struct sim *sim, struct gravity *g, enum gravity_output o
     int64_t pairs = 0, cells = 0;
     double low[3], high[3];
     const bool domain = sim->spread && frame_active(sim, low, high);
+    int32_t n_everywhere;
+    int64_t *everywhere = walk_count_active(sim, &n_everywhere);
 #pragma omp parallel reduction(+ : pairs, cells)
     {
         struct walk w;
         walk_open(&w, sim, g, output);
         w.domain = domain;
+        w.everywhere = everywhere;
+        w.n_everywhere = n_everywhere;
         for (int k = 0; k < 3 && sim->spread; k++) {
             w.low[k] = low[k];
             w.high[k] = high[k];
         }
 #pragma omp for schedule(dynamic, 1)
-        for (int64_t i = 0; i < task->n; i++)
-            if (sim->tree.active_count[task->item[i]] > 0) walk_task(&w, task->item[i]);
+        for (int64_t i = 0; i < task->n; i++) walk_task(&w, task->item[i]);
 #pragma omp critical(gravity_again)
         for (int64_t i = 0; i < w.again.n; i++) list_add(again, w.again.item[i]);
         pairs += w.pairs;
         cells += w.cells;
         walk_close(&w);
     }
+    mem_free(everywhere);
     g->pairs += pairs;
     g->cells += cells;
 }
@@ -309,14 +314,23 @@ static void walk_ahead(struct sim *sim, struct gravity *g)
     if (ghosts_open(sim)) gravity_moments_open(sim, g);
 }
 
+/* Cells with at most so many active rows, in the order of the keys. */
+static void list_tasks(const struct sim *sim, const struct gravity *g, int32_t n, int64_t most, struct list *task)
+{
+    const struct node *node = &sim->tree.node[n];
+    const int64_t active = sim->tree.active_count[n];
+    if (active == 0) return;
+    if (active <= most || gravity_is_group(g, node)) list_add(task, n);
+    else
+        for (int32_t c = node->child; c < node->child + node->n_children; c++) list_tasks(sim, g, c, most, task);
+}
+
 void gravity_walk(struct sim *sim, struct gravity *g, enum gravity_output output)
 {
     struct list task = {0}, again = {0};
-    int64_t n_rows = 0;
-    for_species(sim, s) n_rows += species_to(s) - species_from(s);
     /* Many more tasks than threads, yet few enough that the paths walked again do not count. */
-    int size = n_rows / 256 > g->opening.group_size ? (int)(n_rows / 256) : g->opening.group_size;
-    task.capacity = task.n = tree_groups(&sim->tree, ALL_SPECIES, size, "gravity", &task.item);
+    const int64_t many = sim->tree.active_count[0] / 256, least = 256;
+    list_tasks(sim, g, 0, many > least ? many : least, &task);
     g->pairs = g->cells = 0;
     if (sim->spread) walk_ahead(sim, g);
     walk_tasks(sim, g, output, &task, &again);

@@ -35,12 +35,15 @@ struct walk {
     struct list path;           /* from the task to the root */
     struct gravity_targets targets;
     struct row *row;            /* of the targets */
+    bool lone;                  /* the target is one row, picked out of its group */
     struct gravity_sources own, sources;    /* the group's rows; a tile of others */
     struct stage stage;         /* about the group's centre */
     int64_t pairs, cells;       /* counted interactions */
     bool missing;               /* the present target has met a cell that is not here as it needs it */
     bool domain;                /* what is missing for large targets is asked for with all that the own cells may need */
     double low[3], high[3];     /* box of the active rows */
+    const int64_t *everywhere;  /* active rows of all ranks in the first n_everywhere cells; the others are this rank's alone */
+    int32_t n_everywhere;
     struct list again;          /* targets for which something was missing */
 };
 
@@ -48,9 +51,30 @@ void walk_open(struct walk *w, struct sim *sim, const struct gravity *g, enum gr
 void walk_close(struct walk *w);
 /* Cell n as a target; unit of its parent, 0: none. */
 struct gravity_view walk_view(const struct walk *w, int32_t n, double parent_unit);
+/* Judges waiting[from, to) and whatever is opened on the way; what is left waits behind `to`. */
+void walk_judge(struct walk *w, const struct gravity_view *v, int64_t from, int64_t to);
+/* Listed cells, about the target's centre. */
+struct gravity_far walk_far(const struct walk *w, const struct gravity_view *v, const struct list *list);
+/* The parent's expansion about this target's centre, in its unit. */
+void walk_inherit(float *local, const float *parent, const struct gravity_view *from, const struct gravity_view *to, int order);
+/* Asks for the rows of the leaves in `near` that are not here. */
+void walk_want_rows(struct walk *w, int32_t target);
+
+/* What a target has from its parent: sources waiting[first, end), and, unless the view is NULL, an expansion. */
+struct walk_inherited { int64_t first, end; const struct gravity_view *view; const float *local; };
+/* Active rows of all ranks in the first *n cells, those that may hold other ranks' rows; the caller's. All ranks. */
+int64_t *walk_count_active(const struct sim *sim, int32_t *n);
+/* Whether the rows of a target cell are better served one by one, and that (walk_row.c). */
+bool walk_has_few(const struct walk *w, int32_t n);
+void walk_rows(struct walk *w, int32_t n, const struct walk_inherited *from);
+
 /* The active own rows of a cell become the targets; all its rows act on them. Cells that act on them
  * have the unit of length `unit`. */
 void walk_begin_group(struct walk *w, const double centre[3], double unit, const struct node *node);
+/* The same of one row of the cell alone. */
+void walk_begin_row(struct walk *w, const double centre[3], double unit, const struct node *node, struct row row);
+/* Depth and acceleration of the first target. */
+void walk_add_field(struct walk *w, const double field[4]);
 void walk_add_local(struct walk *w, const float *local);
 /* The rows of these leaves, but for the group's own, act on the targets. */
 void walk_add_leaves(struct walk *w, const struct list *leaves, int32_t own);
