@@ -95,10 +95,11 @@ static int chart_run_command(int argc, char **argv)
         refuse_existing(file);
         refuse_existing(picture);
     }
-    struct text_file text = text_file_open(file);   /* before the work: it may take hours */
-    if (!text.stream) fail(STATUS_INPUT, "%s: cannot be written: %s", file, strerror(errno));
+    /* Before the work, which may take hours, and may find a mistake. */
+    if (!text_file_try(file)) fail(STATUS_INPUT, "%s: cannot be written: %s", file, strerror(errno));
     chart->make(sheet, sheet->state);
-    chart_sheet_write(sheet, text.stream);
+    struct text_file text = text_file_open(file);
+    if (text.stream) chart_sheet_write(sheet, text.stream);
     if (!text_file_close(&text))
         fail(STATUS_ENVIRONMENT, "%s: cannot be written: %s", file, strerror(errno));
     chart_sheet_draw(sheet, picture);

@@ -213,10 +213,10 @@ static void write_files(struct sim *sim, struct output *output)
         sim->rebuild_next = true;   /* so that a run continued from here takes the same steps */
         output_checkpoint(sim);
     }
-    if (due(sim, sim->time.snapshot))
+    if (due(sim, sim->time.snapshot)) {
         profile_write(sim, in_folder(sim, path, sizeof path, "profile.csv", 0));
-    if (due(sim, sim->time.snapshot) && comm_size() > 1)
         profile_write_ranks(sim, in_folder(sim, path, sizeof path, "ranks.csv", 0));
+    }
 }
 
 static void output_record(struct sim *sim, void *state)

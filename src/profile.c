@@ -87,6 +87,9 @@ static struct rank_cost own_cost(const struct sim *sim)
     return cost;
 }
 
+static const char ranks_head[] = "rank,T_construction [s],T_calculation [s],T_communication [s],T_wait [s],bytes,imbalance,rows,"
+                                 "updates,ghost_rows,ghost_cells,rounds,memory [bytes]\n";
+
 void profile_write_ranks(const struct sim *sim, const char *path)
 {
     const int size = comm_size();
@@ -103,8 +106,7 @@ void profile_write_ranks(const struct sim *sim, const char *path)
     if (comm_rank() == 0) {
         struct text_file file = text_file_open(path);
         if (!file.stream) fail(STATUS_ENVIRONMENT, "%s: cannot be written: %s", path, strerror(errno));
-        fprintf(file.stream, "rank,T_construction [s],T_calculation [s],T_communication [s],T_wait [s],bytes,imbalance,rows,"
-                "updates,ghost_rows,ghost_cells,rounds,memory [bytes]\n");
+        fputs(ranks_head, file.stream);
         for (int r = 0; r < size; r++) {
             const struct rank_cost *c = &cost[r];
             fprintf(file.stream, "%d,%.6f,%.6f,%.6f,%.6f,%.0f,%.4f,%.0f,%.0f,%.0f,%.0f,%.0f,%.0f\n", r, c->construction,
@@ -115,4 +117,29 @@ void profile_write_ranks(const struct sim *sim, const char *path)
     }
     mem_free(cost);
     mem_free(bytes);
+}
+
+struct rank_cost *profile_read_ranks(const char *path, int *ranks)
+{
+    char line[512];
+    struct rank_cost *cost = NULL;
+    *ranks = 0;
+    errno = 0;
+    FILE *file = fopen(path, "r");
+    if (!file) return NULL;
+    bool good = fgets(line, sizeof line, file) && strcmp(line, ranks_head) == 0;
+    while (good && fgets(line, sizeof line, file)) {
+        cost = mem_resize("frame", cost, (size_t)(*ranks + 1) * sizeof *cost);
+        struct rank_cost *c = &cost[(*ranks)++];
+        good = sscanf(line, "%*d,%lf,%lf,%lf,%lf,%lf,%*f,%lf,%lf,%lf,%lf,%lf,%lf", &c->construction, &c->calculation,
+                      &c->communication, &c->wait, &c->bytes, &c->rows, &c->updates, &c->ghost_rows, &c->ghost_cells, &c->rounds,
+                      &c->memory) == 11;
+    }
+    fclose(file);
+    if (!good) {
+        mem_free(cost);
+        cost = NULL;
+        errno = 0;
+    }
+    return cost;
 }

@@ -22,6 +22,8 @@ struct rank_cost {
 };
 /* ranks.csv: a line a rank. All ranks. */
 void profile_write_ranks(const struct sim *sim, const char *path);
+/* Reads such a file: its ranks, for mem_free; their number. NULL if it cannot be read (errno) or is another file (errno 0). */
+struct rank_cost *profile_read_ranks(const char *path, int *ranks);
 /* profile.csv: hook,module,wall_s,cpu_s,calls,rows. */
 void profile_write(const struct sim *sim, const char *path);
 /* Seconds by the clock (only differences mean something), and user and system time of all threads. */

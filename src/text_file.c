@@ -12,6 +12,19 @@ struct text_file text_file_open(const char *path)
     return file;
 }
 
+bool text_file_try(const char *path)
+{
+    struct text_file file = text_file_open(path);
+    const bool possible = file.stream;
+    const int why = errno;
+    if (possible) fclose(file.stream);
+    if (possible) unlink(file.unfinished);
+    mem_free(file.unfinished);
+    mem_free(file.path);
+    errno = why;
+    return possible;
+}
+
 bool text_file_close(struct text_file *file)
 {
     FILE *stream = file->stream;

@@ -7,6 +7,8 @@
 
 struct text_file { FILE *stream; char *path, *unfinished; };
 
+/* Whether such a file could be written now, else errno says why; leaves nothing. */
+bool text_file_try(const char *path);
 /* Opens PATH.tmp. If that fails, stream is NULL and errno says why; text_file_close is due all the same. */
 struct text_file text_file_open(const char *path);
 /* Gives the file its name; if anything failed returns false, errno says why, and nothing is left behind. */

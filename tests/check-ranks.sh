@@ -16,6 +16,16 @@ done
 
 expect_text 'every rank holds all rows, because of direct sums' ranks2/log.txt
 
+# What they cost, side by side: a line a run, the efficiency of one rank is 1; what is no run leaves no file.
+expect_status 0 tephra chart ranks runs="one ranks2 ranks3"
+awk -F, '$2 == 2000 { n++; sum = $5 + $6 + $7; if ((sum - $9) ^ 2 > 1e-6 || !($3 == 1 ? $10 == 1 : $10 > 0 && $12 > 0)) bad = 1 }
+         END { exit bad || n != 3 }' ranks.csv || fail "unexpected: $(cat ranks.csv)"
+mkdir none
+expect_status 2 tephra chart ranks other.csv runs="one none"; expect_text 'none/ranks.csv: No such file' err
+echo "rank,bytes" >none/ranks.csv
+expect_status 2 tephra chart ranks other.csv runs="one none"; expect_text 'is no ranks.csv of this program' err
+[ ! -e other.csv.tmp ] || fail "a mistake leaves other.csv.tmp"
+
 # Rows spread over the ranks: with steps of their own, more ranks than cells that may not be cut, other equations, a tree, a
 # corrector that moves rows, two species, a closed box; nothing is lost where all ranks but one are empty.
 spread() {      # RANKS SCENE ARGUMENTS...
