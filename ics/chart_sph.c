@@ -29,16 +29,17 @@ static const struct param params[] = {
     ROWS("wave", 3, "1000", "the sound wave"),
     {"refine", PARAM_LIST, "", "0.125, 1, 8", 1e-3, 1e3, NULL, "times these numbers of particles", false,
      offsetof(struct chart_sph, refine)},
-    {"neighbours", PARAM_LIST, "", "30, 40, 50, 54", 4, 1000, NULL, "sph.neighbours", false,
+    {"neighbours", PARAM_LIST, "", "30, 40, 50, 54, 64", 4, 1000, NULL, "sph.neighbours", false,
      offsetof(struct chart_sph, neighbours)},
     {"courant", PARAM_LIST, "", "0.1, 0.2, 0.3, 0.4, 0.6, 0.8", 1e-3, 2, NULL, "sph.courant", false,
      offsetof(struct chart_sph, courant)},
     {"acceleration", PARAM_LIST, "", "0.1, 0.25, 0.6", 1e-3, 2, NULL, "sph.acceleration", false,
      offsetof(struct chart_sph, acceleration)},
-    {"alpha", PARAM_LIST, "", "0.5, 1, 1.5", 0, 100, NULL, "sph.alpha; sph.beta is twice that", false,
+    {"alpha", PARAM_LIST, "", "0.25, 0.5, 1, 1.5", 0, 100, NULL, "sph.alpha; sph.beta is twice that", false,
      offsetof(struct chart_sph, alpha)},
     {"variants", PARAM_TEXT, "",
-     "preset=modern preset=modern+alpha=1+alpha_min=0 preset=modern+alpha=0.5+beta=1 conduction=0.1 "
+     "preset=modern preset=modern+alpha=0.25 preset=modern+alpha=0.75 preset=modern+alpha=1 preset=modern+beta=1 "
+     "preset=modern+beta=1.5 preset=modern+beta=3 preset=modern+alpha_min=0 preset=modern+alpha_min=0.2 conduction=0.1 "
      "balsara=off count=smooth viscosity=signal count=smooth+grad_h=on "
      "count=smooth+grad_h=on+equation=entropy kernel=wendland_c2+neighbours=100 kernel=wendland_c4+neighbours=150", 0, 0, NULL,
      "keys of sph with their values, a blank between variants, + between keys of one", false,

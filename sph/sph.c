@@ -68,7 +68,7 @@ static const struct param params[] = {
     {"group_size", PARAM_COUNT, "", "512", 8, SPH_BATCH, NULL, "largest number of rows that share a neighbour search",
      true, offsetof(struct sph, group_size)},
     {"preset", PARAM_CHOICE, "", "classic", 0, 0, "classic|modern",
-     "the defaults of the others, where they stand as classic|modern", false,
+     "the defaults of the others, where they stand as classic|modern; modern from doc/charts/sph.csv", false,
      offsetof(struct sph, preset)},
     {0}
 };
