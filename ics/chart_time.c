@@ -110,7 +110,7 @@ static void sweep_collapse(struct chart_sheet *sheet, const struct chart_time *c
     char n[64], end[64];
     snprintf(n, sizeof n, "start.n=%lld", (long long)chart->n_collapse);
     snprintf(end, sizeof end, "time.end=%.9g", chart->end_collapse);
-    sweep(sheet, (struct problem){"cold collapse", "ics/collapse.yml", {n, end, "gravity.solver=direct"},
+    sweep(sheet, (struct problem){"cold collapse", "ics/cold_collapse.yml", {n, end, "gravity.solver=direct"},
                                   "gravity.time_step", 0}, &chart->time_step, 1);
     add_panel(sheet, "cold collapse");
 }

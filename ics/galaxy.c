@@ -88,6 +88,16 @@ void galaxy_advise(struct sim *sim, const struct galaxy *galaxy)
     if (nfw) start_advise(sim, "external", "nfw_within", galaxy->cut);
 }
 
+/* Their mass is not in the potential that the others move in: a small part of the bulge's. */
+static void add_holes(struct sim *sim, const struct galaxy *galaxy, const struct equilibrium *all, struct galaxy_rows *made)
+{
+    double inside = 0;
+    for (int p = 0; p < all->n && galaxy->holes.n > 1; p++) inside += radial_at(&all->part[p], galaxy->holes.distance).mass;
+    made->part[GALAXY_HOLES] = (struct rows){&sim->species[STAR], sim->species[STAR].n, galaxy->holes.n};
+    holes_make(sim, &galaxy->holes, inside);
+    made->mass += galaxy->holes.n > 0 ? (double)galaxy->holes.n * galaxy->holes.mass : 0;
+}
+
 bool galaxy_add(struct sim *sim, const struct galaxy *galaxy, int64_t n, int copy, struct galaxy_rows *made)
 {
     int64_t count[GALAXY_PARTS];
@@ -96,7 +106,8 @@ bool galaxy_add(struct sim *sim, const struct galaxy *galaxy, int64_t n, int cop
         problems_add(&sim->problems, "start.gas_temperature: a galaxy with gas needs physical units");
     if (galaxy->fixed && !scene_find(sim->scene, "external"))
         problems_add(&sim->problems, "start.dark_fixed: a halo without rows needs a block external (--set external={})");
-    if (sim->problems.count > 0 || !share_rows(sim, galaxy, n, count)) return false;
+    const int64_t others = holes_reserve(sim, &galaxy->holes, n);
+    if (sim->problems.count > 0 || !share_rows(sim, galaxy, others, count)) return false;
     int spheres = 0;
     struct equilibrium *all = potential(sim, galaxy, &spheres);
     double sound = gas ? sound_speed(sim, galaxy) : 0;
@@ -119,6 +130,7 @@ bool galaxy_add(struct sim *sim, const struct galaxy *galaxy, int64_t n, int cop
         else disc_fill_gas(field, made->part[k], sim_real(sim, "gamma", 5.0 / 3), sim->seed, random_stream(name));
         made->mass += made->part[k].table->mass[made->part[k].first] * (double)count[k];
     }
+    add_holes(sim, galaxy, all, made);
     mem_free(field);
     mem_free(all);
     return fine;

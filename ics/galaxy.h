@@ -3,6 +3,7 @@
 #ifndef TEPHRA_GALAXY_H
 #define TEPHRA_GALAXY_H
 #include "disc.h"
+#include "holes.h"
 #include "module.h"
 
 enum galaxy_part { GALAXY_DARK, GALAXY_BULGE, GALAXY_DISC, GALAXY_GAS, GALAXY_PARTS };
@@ -12,6 +13,7 @@ struct galaxy {
     int form;
     double mass[GALAXY_PARTS], radius[GALAXY_PARTS], share[GALAXY_PARTS];
     double cut, height, q, temperature, mu;
+    struct holes holes;
     bool fixed;     /* the halo is a potential of the block external, not rows */
 };
 
@@ -39,10 +41,12 @@ struct galaxy {
     GALAXYKEY(owner, "dark_share", "", "none", 1e-9, share[GALAXY_DARK], "part of the rows; default: in proportion to the masses") \
     GALAXYKEY(owner, "bulge_share", "", "none", 1e-9, share[GALAXY_BULGE], "the same of the bulge") \
     GALAXYKEY(owner, "disc_share", "", "none", 1e-9, share[GALAXY_DISC], "the same of the disc of stars") \
-    GALAXYKEY(owner, "gas_share", "", "none", 1e-9, share[GALAXY_GAS], "the same of the disc of gas")
+    GALAXYKEY(owner, "gas_share", "", "none", 1e-9, share[GALAXY_GAS], "the same of the disc of gas") \
+    HOLES_PARAMS(struct owner, galaxy.holes),
 
-/* The rows of one galaxy, part by part. */
-struct galaxy_rows { struct rows part[GALAXY_PARTS]; double mass; };
+/* The rows of one galaxy, part by part, its black holes last. */
+enum { GALAXY_HOLES = GALAXY_PARTS, GALAXY_PIECES };
+struct galaxy_rows { struct rows part[GALAXY_PIECES]; double mass; };
 
 /* Gas without an energy equation has the speed of sound of its temperature, the block external the potential of a fixed
  * halo, unless the scene gives others. */

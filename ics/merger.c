@@ -17,7 +17,7 @@ static const struct param params[] = {
 
 static void move(const struct galaxy_rows *rows, const double angle[2], const double pos[2], const double vel[2])
 {
-    for (int k = 0; k < GALAXY_PARTS; k++) {
+    for (int k = 0; k < GALAXY_PIECES; k++) {
         const struct rows *part = &rows->part[k];
         for (int64_t i = part->first; i < part->first + part->n; i++) {
             orbit_turn(part->table->pos[i], angle[0], angle[1]);

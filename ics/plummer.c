@@ -23,7 +23,7 @@ static const struct param params[] = {
      offsetof(struct plummer, virial)},
     {"species", PARAM_CHOICE, "", "dark", 0, 0, "dark|star", "what the rows are", false,
      offsetof(struct plummer, species)},
-    HOLES_PARAMS(struct plummer),
+    HOLES_PARAMS(struct plummer, holes),
     {0}
 };
 

@@ -35,6 +35,21 @@ awk -F, 'NR == 1 { for (i = 1; i <= NF; i++) { split($i, w, " "); c[w[1]] = i } 
         if (n > 2 && turn ^ 2 > 4e-3) { print "turn", turn; bad = 1 } }
     END { exit bad || n != 9 }' disc/rings.csv || fail "rings of an exponential disc"
 
+# Two compact galaxies on a wide parabola pass as points would: p = 2 r_p = r at the start, so that the time to pericentre is
+# 4/3 sqrt(2 r_p^3/(G M)); half way between the times at which they are 50 kpc apart.
+compact="--set start.dark_radius=2 --set start.dark_cut=6 --set start.bulge_mass=0 --set start.disc_radius=1"
+expect_status 0 tephra run "$TEPHRA_SOURCE/ics/merger.yml" --set start.n=4000 --set sph=off --set start.gas_mass=0 --set gravity.softening=1 \
+    $compact --set start.pericentre=40 --set start.separation=80 --set start.eccentricity=1 --set time.end=0.3Gyr \
+    --set output.snapshot_every=60Myr --set output.picture_every=1Gyr --out pass
+column() { awk -F, -v name="$1" 'NR == 1 { for (i = 1; i <= NF; i++) { split($i, w, " "); if (w[1] == name) c = i } next } { print $c }' "$2"; }
+mass=$(for name in mass_star mass_dark; do column $name pass/energy.csv | head -n 1; done | awk '{ m += $1 } END { print m }')
+awk -F, -v mass="$mass" 'NR > 2 && ($2 - 50) * (before - 50) < 0 { n++; middle += 0.5 * (t + ($1 - t) * (50 - before) / ($2 - before)) }
+    NR > 1 { before = $2; t = $1; if (NR == 2 || $2 < least) least = $2 }
+    END { time = 4 / 3 * sqrt(2 * 40 ^ 3 / (43009.17 * mass)); print "distance", least, "of 40, time", middle, "of", time
+          if (n != 2 || (least / 40 - 1) ^ 2 > 9e-4 || (middle / time - 1) ^ 2 > 4e-4) exit 1 }' pass/separation.csv >passage ||
+    fail "two compact galaxies"
+cat passage
+
 # Two galaxies where the orbit says; threads, ranks, restart.
 small="--set start.n=2500 --set sph=off --set start.gas_mass=0 --set gravity.softening=1 --set output.snapshot_every=5Myr"
 merger=$TEPHRA_SOURCE/ics/merger.yml

@@ -174,14 +174,45 @@ static void test_orbit(void **state)
     generator_case_free(sim);
 }
 
+/* One black hole at rest in the middle of each galaxy, with the ids of its galaxy: as far apart and as fast as the orbit. */
+static void test_holes(void **state)
+{
+    (void)state;
+    struct sim *sim = generator_case_make(&merger_generator, HALO "pericentre: 2, separation: 30, disc_mass: 0.5, dark_share: 1, "
+                                          "disc_share: 1, holes: 1, hole_mass: 0.01", 401, none);
+    const struct species *star = &sim->species[STAR];
+    double x[3] = {0}, v[3] = {0}, total = 0;
+    int64_t holes = 0, rows = 0;
+    assert_int_equal(sim->problems.count, 0);
+    for_species(sim, s)
+        for (int64_t i = 0; i < s->n; i++) {
+            total += s->mass[i];
+            rows++;
+        }
+    for (int64_t i = 0; i < star->n; i++) {
+        if (!star->hole[i]) continue;
+        assert_int_equal(star->id[i], holes ? 401 : 201);       /* the last of each galaxy */
+        assert_float_equal(star->mass[i], 0.01, 1e-15);
+        for (int k = 0; k < 3; k++) x[k] += (holes ? 1 : -1) * star->pos[i][k];
+        for (int k = 0; k < 3; k++) v[k] += (holes ? 1 : -1) * star->vel[i][k];
+        holes++;
+    }
+    assert_int_equal(holes, 2);
+    assert_int_equal(rows, 401);
+    assert_float_equal(norm(x), 30, 1e-12);
+    assert_float_equal(norm(v) * norm(v) / (2 * total / 30), 1, 1e-12);
+    generator_case_free(sim);
+}
+
 static void test_refused(void **state)
 {
     (void)state;
     static const char *const cases[] = {HALO "gas_mass: 1", HALO "disc_mass: 1, dark_share: 1", HALO "disc_mass: 1e-6",
-        HALO "disc_mass: 1, dark_fixed: on", HALO "disc_mass: 300, disc_radius: 0.05"};
+        HALO "disc_mass: 1, dark_fixed: on", HALO "disc_mass: 1, holes: 1",
+        HALO "disc_mass: 300, disc_radius: 0.05"};
     for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
         struct sim *sim = generator_case_make(&galaxy_generator, cases[c], 1000, none);
-        if (c < 4) assert_int_equal(sim->problems.count, 1);
+        if (c < 5) assert_int_equal(sim->problems.count, 1);
         mem_free(sim->problems.text);
         generator_case_free(sim);
     }
@@ -191,7 +222,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_rotation), cmocka_unit_test(test_counts), cmocka_unit_test(test_disc),
-        cmocka_unit_test(test_virial), cmocka_unit_test(test_orbit), cmocka_unit_test(test_refused),
+        cmocka_unit_test(test_virial), cmocka_unit_test(test_orbit), cmocka_unit_test(test_holes),
+        cmocka_unit_test(test_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
