@@ -4,6 +4,12 @@
 #include "gravity.h"
 #include <math.h>
 
+bool gravity_gas_is_adaptive(const struct sim *sim)
+{
+    const struct gravity *g = sim_state(sim, "gravity");
+    return g && g->adaptive;
+}
+
 double gravity_pair(const struct sim *sim, enum species_kind a, enum species_kind b, double r)
 {
     const struct gravity *g = sim_state(sim, "gravity");
@@ -61,6 +67,10 @@ static bool is_far(const struct field *f, const struct node *node)
         size = fmax(size, (double)(node->high[k] - node->low[k]));
     }
     for (int s = 0; s < N_SPECIES; s++) soft2 = fmax(soft2, 2 * f->g->half_soft2[s]);
+    if (f->g->adaptive) {
+        const double support = 2 * (double)f->sim->tree.h_max[node - f->sim->tree.node];
+        soft2 = fmax(soft2, support * support);
+    }
     return d2 > SIZES * SIZES * size * size && d2 > SOFTENINGS * SOFTENINGS * soft2;
 }
 

@@ -4,6 +4,8 @@
 #define TEPHRA_GRAVITY_CONTACT_H
 #include "sim.h"
 
+/* Whether every gas row has a softening of its own: what is told here of gas as a species is then wrong. */
+bool gravity_gas_is_adaptive(const struct sim *sim);
 /* Potential energy of two rows of unit mass at one place, -G/eps with the softening of the pair, in code units;
  * 0 without gravity or softening. */
 double gravity_contact(const struct sim *sim, enum species_kind a, enum species_kind b);

@@ -155,5 +155,5 @@ static void direct_double(struct sim *sim, struct gravity *g, enum gravity_outpu
 void gravity_direct(struct sim *sim, struct gravity *g, enum gravity_output output)
 {
     if (g->precision == PRECISION_DOUBLE) direct_double(sim, g, output);
-    else if (!sim_device(sim) || !gravity_direct_device(sim, g, output)) direct_float(sim, g, output);
+    else if (g->adaptive || !sim_device(sim) || !gravity_direct_device(sim, g, output)) direct_float(sim, g, output);
 }

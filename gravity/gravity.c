@@ -27,6 +27,9 @@ static const struct param params[] = {
      offsetof(struct gravity, softening_of[STAR])},
     {"softening_dark", PARAM_REAL, "length", "none", 0, 1e300, NULL, "the same of dark matter", false,
      offsetof(struct gravity, softening_of[DARK])},
+    {"softening_adaptive", PARAM_FLAG, "", "off", 0, 0, NULL,
+     "softening of gas is its smoothing length: the spline ends where the kernel of sph does, at 2h", false,
+     offsetof(struct gravity, adaptive)},
     {"softening_kernel", PARAM_CHOICE, "", "plummer", 0, 0, "plummer|spline",
      "form of the softened force; the spline is exact beyond its support", false,
      offsetof(struct gravity, softening_kernel)},
@@ -84,11 +87,12 @@ static void set_softening(struct sim *sim, struct gravity *g)
     for (int s = 0; s < N_SPECIES; s++) {
         double length = per_eps * of_species(g, s);
         g->half_soft2[s] = 0.5 * length * length;
+        if (g->adaptive && s == GAS) continue;
         if (sim->species[s].n == 0 && !sim->species[s].grows) continue;
         least = fmin(least, length);
         most = fmax(most, length);
     }
-    sim->tree.blur = isfinite(least) ? least : 0;
+    sim->tree.blur = isfinite(least) && !g->adaptive ? least : 0;
     bool spline = g->softening_kernel == KERNEL_SPLINE;
     g->form = spline ? SOFT_SPLINE : least == most && least > 0 ? SOFT_COMMON : SOFT_PLUMMER;
     g->support = spline ? most : 0;
@@ -122,14 +126,15 @@ static enum gravity_refinement refinement_of(const struct gravity *g)
 static void set_opening(struct sim *sim, struct gravity *g)
 {
     struct gravity_opening *o = &g->opening;
+    const bool device = sim->device && !g->adaptive;
     o->solver = (enum gravity_solver)g->solver;
     if (g->rows == 0)
         for_species(sim, s) g->rows += s->n;
     if (o->solver == SOLVER_AUTO)
-        o->solver = g->rows <= (sim->device ? DIRECT_ROWS_DEVICE : DIRECT_ROWS) || g->precision == PRECISION_DOUBLE
-                  ? SOLVER_DIRECT : sim->device ? SOLVER_TREE : SOLVER_FMM;
+        o->solver = g->rows <= (device ? DIRECT_ROWS_DEVICE : DIRECT_ROWS) || g->precision == PRECISION_DOUBLE
+                  ? SOLVER_DIRECT : device ? SOLVER_TREE : SOLVER_FMM;
     gravity_settings(o, g->accuracy);
-    if (sim->device && o->solver == SOLVER_TREE) o->group_size = WALK_GROUP;
+    if (device && o->solver == SOLVER_TREE) o->group_size = WALK_GROUP;
     if (g->order > 0) o->order = (int)g->order;
     if (g->group_size > 0) o->group_size = (int)g->group_size;
     if (g->leaf_size > 0) o->leaf_size = (int)g->leaf_size;
@@ -149,6 +154,10 @@ static void check_settings(struct sim *sim, struct gravity *g)
         problems_add(&sim->problems, "gravity.order: fmm has orders %d to %d", GRAVITY_ORDER_MIN, GRAVITY_ORDER_MAX);
     if (g->solver != SOLVER_TREE && !isnan(g->opening_angle))
         problems_add(&sim->problems, "gravity.opening_angle: only the tree opens by an angle (solver: tree)");
+    if (g->adaptive && g->softening_kernel != KERNEL_SPLINE)
+        problems_add(&sim->problems, "gravity.softening_adaptive: needs softening_kernel: spline, which ends where a kernel does");
+    if (g->adaptive && !isnan(g->softening_of[GAS]))
+        problems_add(&sim->problems, "gravity.softening_gas: gas is softened by its smoothing length (softening_adaptive)");
     if (g->solver != SOLVER_FMM && !isnan(g->tolerance))
         problems_add(&sim->problems, "gravity.tolerance: only the fmm opens by an error (solver: fmm)");
 }
@@ -215,7 +224,10 @@ static void begin(struct sim *sim, void *state)
     const struct gravity *g = state;
     gravity_configure(sim, state);
     tell_settings(g);
-    if (sim->device && (g->opening.solver == SOLVER_FMM || g->precision == PRECISION_DOUBLE))
+    if (g->adaptive && !(species_has(&sim->species[GAS], COLUMN_h) && sim->tree.width[NODE_h_max] > 0))
+        problems_add(&sim->problems, "gravity.softening_adaptive: there are no smoothing lengths without a block sph");
+    if (sim->device && g->adaptive) log_line("gravity: softening_adaptive is the CPU's");
+    else if (sim->device && (g->opening.solver == SOLVER_FMM || g->precision == PRECISION_DOUBLE))
         log_line("gravity: %s is the CPU's; the device has solver tree, and direct in floats",
                  g->opening.solver == SOLVER_FMM ? "solver fmm" : "precision double");
 }
@@ -250,7 +262,7 @@ static void compute(struct sim *sim, struct gravity *g, enum gravity_output outp
 {
     if (sim->tree.n_nodes == 0) return;
     if (g->opening.solver == SOLVER_DIRECT) gravity_direct(sim, g, output);
-    else if (g->opening.solver != SOLVER_TREE || !sim_device(sim) || !gravity_walk_device(sim, g, output))
+    else if (g->opening.solver != SOLVER_TREE || g->adaptive || !sim_device(sim) || !gravity_walk_device(sim, g, output))
         gravity_walk(sim, g, output);
 }
 
@@ -270,6 +282,7 @@ static void force(struct sim *sim, void *state)
     struct gravity *g = state;
     if (g->left) return;
     gravity_moments_open(sim, g);   /* others have asked for cells since */
+    if (g->adaptive) g->epoch++;    /* rows were staged for their moments, before they had this step's h */
     learn(sim, g);
     struct gravity_sample *sample = gravity_check_due(sim, g) ? gravity_check_begin(sim, g) : NULL;
     compute(sim, g, OUTPUT_FORCE);

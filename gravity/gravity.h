@@ -3,6 +3,7 @@
 #ifndef TEPHRA_GRAVITY_H
 #define TEPHRA_GRAVITY_H
 #include "black_holes.h"
+#include "ghosts.h"
 #include "kernels.h"
 #include "pair.h"
 #include "sim.h"
@@ -25,6 +26,7 @@ struct gravity {
     double softening, softening_of[N_SPECIES], accuracy, opening_angle, tolerance, time_step;
     int64_t order, group_size, leaf_size;
     int softening_kernel, solver, precision;
+    bool adaptive;              /* softening of gas: the spline's support is the one of its SPH kernel, 2 h */
 
     const struct gravity_kernels *kernels;
     struct gravity_opening opening;
@@ -34,7 +36,7 @@ struct gravity {
     double half_soft2[N_SPECIES];   /* what a row brings to the softening of a pair, squared: gravity_half_soft2 */
     double half_soft2_hole;         /* and a black hole */
     double far_soft2;               /* Plummer softening squared between cells */
-    double support;                 /* of the spline: cells act beyond it */
+    double support;                 /* of the spline: cells act beyond it (of adaptive gas: h_max of its cells) */
     double near2;                   /* unequal softenings: cells act beyond this distance squared */
 
     double unit;                    /* of length, in pairs of rows: a power of two, of the present tree */
@@ -69,7 +71,12 @@ void gravity_leave_forces(struct sim *sim, struct gravity *g);
 
 /* What row i brings to the softening of a pair, squared: half of its own. */
 static inline double gravity_half_soft2(const struct gravity *g, const struct species *s, int64_t i)
-{ return black_hole_is(s, i) ? g->half_soft2_hole : g->half_soft2[s->kind]; }
+{
+    if (g->adaptive && s->kind == GAS) return 2 * (double)s->h[i] * (double)s->h[i];
+    return black_hole_is(s, i) ? g->half_soft2_hole : g->half_soft2[s->kind];
+}
+/* What of a row of another rank a force needs. */
+static inline enum ghost_rows gravity_ghost_rows(const struct gravity *g) { return g->adaptive ? GHOST_ALL : GHOST_MOTION; }
 
 static inline enum gravity_refinement gravity_refinement(const struct gravity *g)
 { return g->refined ? GRAVITY_REFINED : g->refinement; }

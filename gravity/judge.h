@@ -25,7 +25,7 @@ HD real judge_box2(real dx, real dy, real dz, const float *half)
 }
 
 /* distance2: squared distance of the cell's centre from the box. */
-HD judge_mask judge_angle(real reach, real distance2, float theta2, float support, float near2)
+HD judge_mask judge_angle(real reach, real distance2, float theta2, real support, float near2)
 {
     real side2 = 4.f / 3.f * reach * reach, edge = reach + support;
     return (side2 < theta2 * distance2) & (edge * edge < distance2) & (distance2 >= near2);

@@ -3,12 +3,13 @@
  * instruction set (see simd_v4.h). The rules are explained in walk.c. */
 #include "judge.h"
 #include "kernels.h"
+#include <stdbool.h>
 #include <stddef.h>
 #include <string.h>
 
 enum { CHUNK = 64 };
 /* Words of a record: a position, then the cell from `reach` to its end. */
-enum { X, Y, Z, REACH = 4, SCALE, MASS, POWER, N_CHILDREN = 13, RECORD = 16 };
+enum { X, Y, Z, REACH = 4, SCALE, MASS, POWER, N_CHILDREN = 13, SUPPORT, RECORD = 16 };
 enum { FIRST = offsetof(struct gravity_cell, reach), BYTES = offsetof(struct gravity_cell, group) + 2 - FIRST };
 _Static_assert(FIRST + (POWER - REACH) * 4 == offsetof(struct gravity_cell, power), "record as the cell");
 _Static_assert(FIRST + (N_CHILDREN - REACH) * 4 == offsetof(struct gravity_cell, n_children), "record as the cell");
@@ -55,9 +56,10 @@ HD simd_int judge_leaf(struct batch b)
 /* Error of the acceleration through the local expansion times d^2, against the tolerance: Dehnen
  * (2014), eq. 16: sum over k of binomial(P, k) |M_k| r^(P-k) / d^P; no dipole. *too_large: the target is, since
  * the part of its size, that of k = 0, is beyond by itself. */
-HD simd_int judge_local(struct batch b, const struct gravity_view *v, real unit1, real d2, int order, simd_int *too_large)
+HD simd_int judge_local(struct batch b, const struct gravity_view *v, real unit1, real d2, int order, real support,
+                        simd_int *too_large)
 {
-    real reach = b.field[REACH] * unit1, sum = reach + v->radius, edge = sum + v->support;
+    real reach = b.field[REACH] * unit1, sum = reach + v->radius, edge = sum + support;
     simd_int fits = (sum * sum < v->theta2 * d2) & (edge * edge < d2) & (d2 >= v->near2)
                   & (v->radius * v->radius < v->theta2_target * d2);
     real y = real_root(real_max(d2, real_splat(REAL_FLOOR)));
@@ -77,9 +79,9 @@ HD real judge_box(struct batch b, const struct gravity_view *v)
 { return judge_box2(b.field[X], b.field[Y], b.field[Z], v->half); }
 
 /* May the cell act on the rows of a group? Its sphere never touches the group's box. */
-HD simd_int judge_cell(struct batch b, const struct gravity_view *v, real unit1, real least2)
+HD simd_int judge_cell(struct batch b, const struct gravity_view *v, real unit1, real least2, real support)
 {
-    real reach = b.field[REACH] * unit1, edge = reach + v->support;
+    real reach = b.field[REACH] * unit1, edge = reach + support;
     simd_int fits = (reach * reach < v->theta2_cell * least2) & (edge * edge < least2) & (least2 >= v->near2);
     real y = real_root(real_max(least2, real_splat(REAL_FLOOR))), u = b.field[SCALE] * unit1 * y;
     return fits & (v->quadrupole * b.field[POWER] * u * u * reach * y < v->tolerance * least2);
@@ -88,11 +90,15 @@ HD simd_int judge_cell(struct batch b, const struct gravity_view *v, real unit1,
 HD simd_int judge_choose(simd_int mask, simd_int a, simd_int b) { return (a & mask) | (b & ~mask); }
 HD simd_int judge_all(int32_t x) { return x - (simd_int){ 0 }; }
 
-HD simd_int judge_by_error(struct batch b, const struct gravity_view *v, int order)
+/* Beyond which a cell and the target act as wholes: no pair of theirs is softened over a longer distance. */
+HD real judge_support(struct batch b, const struct gravity_view *v, real unit1, bool adaptive)
+{ return adaptive ? real_max(real_splat(v->support), unit1 * b.field[SUPPORT]) : real_splat(v->support); }
+
+HD simd_int judge_by_error(struct batch b, const struct gravity_view *v, int order, bool adaptive)
 {
-    real unit1 = real_splat((float)(1 / v->unit));
+    real unit1 = real_splat((float)(1 / v->unit)), support = judge_support(b, v, unit1, adaptive);
     real d2 = b.field[X] * b.field[X] + b.field[Y] * b.field[Y] + b.field[Z] * b.field[Z];
-    simd_int rest, too_large, local = judge_local(b, v, unit1, d2, order, &too_large);
+    simd_int rest, too_large, local = judge_local(b, v, unit1, d2, order, support, &too_large);
     if (v->no_local) {
         local = judge_all(0);
         too_large = ~local;
@@ -100,7 +106,7 @@ HD simd_int judge_by_error(struct batch b, const struct gravity_view *v, int ord
     if (v->group) {
         rest = judge_choose(too_large, judge_all(GRAVITY_OPEN_FAR), judge_all(GRAVITY_OPEN));
         rest = judge_choose(judge_leaf(b), judge_all(GRAVITY_NEAR), rest);
-        rest = judge_choose(judge_cell(b, v, unit1, judge_box(b, v)), judge_all(GRAVITY_FAR), rest);
+        rest = judge_choose(judge_cell(b, v, unit1, judge_box(b, v), support), judge_all(GRAVITY_FAR), rest);
     } else {
         simd_int open = (b.field[REACH] * unit1 > v->open_ratio * v->radius) & ~judge_leaf(b);
         rest = judge_choose(open, judge_all(GRAVITY_OPEN), judge_all(GRAVITY_WAIT));
@@ -109,45 +115,54 @@ HD simd_int judge_by_error(struct batch b, const struct gravity_view *v, int ord
 }
 
 /* For every group in the target: what no row of it could accept is opened. */
-HD simd_int judge_by_angle(struct batch b, const struct gravity_view *v)
+HD simd_int judge_by_angle(struct batch b, const struct gravity_view *v, bool adaptive)
 {
-    real unit1 = real_splat((float)(1 / v->unit)), reach = b.field[REACH] * unit1;
-    simd_int accept = judge_angle(reach, judge_box(b, v), v->theta2, v->support, v->near2), rest;
+    real unit1 = real_splat((float)(1 / v->unit)), support = judge_support(b, v, unit1, adaptive), reach = b.field[REACH] * unit1;
+    simd_int accept = judge_angle(reach, judge_box(b, v), v->theta2, support, v->near2), rest;
     if (v->group) {
         rest = judge_choose(judge_leaf(b), judge_all(GRAVITY_NEAR), judge_all(GRAVITY_OPEN));
     } else {
         real x = real_max(b.field[X], -b.field[X]) + v->half[0], y = real_max(b.field[Y], -b.field[Y]) + v->half[1],
              z = real_max(b.field[Z], -b.field[Z]) + v->half[2], most2 = x * x + y * y + z * z;
-        simd_int hopeless = ~judge_angle(reach, most2, v->theta2, v->support, v->near2);
+        simd_int hopeless = ~judge_angle(reach, most2, v->theta2, support, v->near2);
         rest = judge_choose(hopeless & ~judge_leaf(b), judge_all(GRAVITY_OPEN), judge_all(GRAVITY_WAIT));
     }
     return judge_choose(accept, judge_all(GRAVITY_FAR), rest);
 }
 
-/* `order` is a literal; 0: by angle. */
+/* `order` (0: by angle) and `adaptive` are literals. */
 HD void judge_list(int32_t *verdict, const struct gravity_view *v, const struct gravity_cell *cell,
-                   const int32_t *list, int64_t n, int order)
+                   const int32_t *list, int64_t n, int order, bool adaptive)
 {
     float record[CHUNK][RECORD] __attribute__((aligned(64)));
     for (int64_t from = 0; from < n; from += CHUNK) {
         int count = n - from < CHUNK ? (int)(n - from) : CHUNK;
-        for (int i = 0; i < count; i++) judge_stage(record[i], v, &cell[list[from + i]]);
+        for (int i = 0; i < count; i++) {
+            judge_stage(record[i], v, &cell[list[from + i]]);
+            if (adaptive) record[i][SUPPORT] = 2 * v->h_max[list[from + i]];
+        }
         for (int i = count; i % LANES != 0; i++) memcpy(record[i], record[0], sizeof record[0]);
         for (int i = 0; i < count; i += LANES) {
             struct batch b = judge_load(&record[i]);
-            simd_int decided = order ? judge_by_error(b, v, order) : judge_by_angle(b, v);
+            simd_int decided = order ? judge_by_error(b, v, order, adaptive) : judge_by_angle(b, v, adaptive);
             simd_store((float *)verdict + from + i, (real)decided);
         }
     }
 }
 
-#define JUDGE(name, order) \
+#define JUDGE(name, order, adaptive) \
     static void name(int32_t *verdict, const struct gravity_view *v, const struct gravity_cell *cell, \
-                     const int32_t *list, int64_t n) { judge_list(verdict, v, cell, list, n, order); }
-JUDGE(fmm_3, 3)
-JUDGE(fmm_4, 4)
-JUDGE(fmm_5, 5)
-JUDGE(fmm_6, 6)
-JUDGE(tree, 0)
+                     const int32_t *list, int64_t n) { judge_list(verdict, v, cell, list, n, order, adaptive); }
+JUDGE(fmm_3, 3, false)
+JUDGE(fmm_4, 4, false)
+JUDGE(fmm_5, 5, false)
+JUDGE(fmm_6, 6, false)
+JUDGE(tree, 0, false)
+JUDGE(adaptive_3, 3, true)
+JUDGE(adaptive_4, 4, true)
+JUDGE(adaptive_5, 5, true)
+JUDGE(adaptive_6, 6, true)
+JUDGE(adaptive_tree, 0, true)
 
-const struct gravity_judge_table SIMD_NAME(gravity_judge_table) = { { fmm_3, fmm_4, fmm_5, fmm_6 }, tree };
+const struct gravity_judge_table SIMD_NAME(gravity_judge_table) = {
+    { { fmm_3, fmm_4, fmm_5, fmm_6 }, { adaptive_3, adaptive_4, adaptive_5, adaptive_6 } }, { tree, adaptive_tree } };

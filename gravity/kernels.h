@@ -64,12 +64,13 @@ struct gravity_view {
     float tolerance;            /* largest error of one cell */
     float quadrupole;           /* |M_2| is this times power[0] */
     float support, near2;       /* cells act beyond: softening */
+    const float *h_max;         /* adaptive softening: beyond twice this of a source too, in the unit of the cells; else NULL */
     float theta2, theta2_target, theta2_cell;   /* opening angles squared */
     float open_ratio;           /* a source this much larger than the target is opened */
 };
 typedef void gravity_judge(int32_t *verdict, const struct gravity_view *v, const struct gravity_cell *cell,
                            const int32_t *list, int64_t n);
-struct gravity_judge_table { gravity_judge *fmm[GRAVITY_ORDERS], *tree; };
+struct gravity_judge_table { gravity_judge *fmm[2][GRAVITY_ORDERS], *tree[2]; };    /* [adaptive softening] */
 extern const struct gravity_judge_table gravity_judge_table_v2, gravity_judge_table_v3, gravity_judge_table_v4;
 
 /* Cells that act on one target: `list` of n. Lengths are taken in units of `scale` from `centre`. */

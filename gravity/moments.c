@@ -193,7 +193,7 @@ void gravity_moments_open(struct sim *sim, struct gravity *g)
         if (tree->node[n].place != NODE_AWAY) continue;
         g->cell[n].child = tree->node[n].child;
         if (n >= g->n_placed) gravity_rows_place(g, n, &tree->node[n]);
-        if (ghosts_have_rows(sim, n, GHOST_MOTION)) gravity_rows_use(g, n);
+        if (ghosts_have_rows(sim, n, gravity_ghost_rows(g))) gravity_rows_use(g, n);
     }
     g->n_placed = tree->n_nodes;
 }

@@ -29,6 +29,9 @@ static inline void stage_sources(const struct stage *stage, struct gravity_sourc
     enum { BLOCK = 64 };
     gravity_stage_rows *const rows = stage->g->kernels->pair->stage;
     for (int64_t i = from; out->soft && i < to; i++) out->soft[out->n + (i - from)] = stage->half_soft2[s->kind];
+    const float twice = (float)(2 * stage->frame.inverse * stage->frame.inverse);
+    for (int64_t i = from; out->soft && stage->g->adaptive && s->kind == GAS && i < to; i++)
+        out->soft[out->n + (i - from)] = twice * s->h[i] * s->h[i];
     for (int64_t i = from; out->soft && s->hole && i < to; i++)
         if (s->hole[i]) out->soft[out->n + (i - from)] = stage->half_soft2_hole;
     if (stage->synchronous) {

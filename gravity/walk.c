@@ -45,7 +45,8 @@ struct gravity_view walk_view(const struct walk *w, int32_t n, double parent_uni
     double unit1 = 1 / v.unit;
     for (int k = 0; k < 3; k++) v.half[k] = (float)(half[k] * unit1);
     v.radius = (float)(sqrt(r2) * unit1);
-    v.support = (float)(g->support * unit1);
+    v.h_max = g->adaptive ? w->sim->tree.h_max : NULL;
+    v.support = (float)(fmax(g->support, g->adaptive ? 2 * (double)v.h_max[n] : 0) * unit1);
     v.near2 = (float)(g->near2 * unit1 * unit1);
     v.open_ratio = open_ratio;
     v.tolerance = g->known && g->least ? (float)(w->alpha * (double)g->least[n] * v.unit * v.unit) : INFINITY;
@@ -75,7 +76,7 @@ static void want(struct walk *w, int32_t target, int32_t source, bool rows)
     const struct node *node = &w->sim->tree.node[target];
     const bool large = node->place != NODE_OWN;
     struct ghost_want want = {.angle = likely_angle, .leaf = w->g->opening.leaf_size, .domain = large && w->domain,
-                              .rows = GHOST_MOTION};
+                              .rows = gravity_ghost_rows(w->g)};
     for (int k = 0; k < 3; k++) {
         want.low[k] = large ? w->low[k] : node->pos[k] + (double)node->low[k];
         want.high[k] = large ? w->high[k] : node->pos[k] + (double)node->high[k];
@@ -119,8 +120,8 @@ static void judge(struct walk *w, const struct gravity_view *v, const struct lis
         count[k] = out[k]->n;
     }
     const int32_t *source = list->item + from, *verdict = w->verdict.item;
-    (w->g->opening.solver == SOLVER_FMM ? table->fmm[w->g->opening.order - GRAVITY_ORDER_MIN] : table->tree)
-        (w->verdict.item, v, w->g->cell, source, n);
+    (w->g->opening.solver == SOLVER_FMM ? table->fmm[w->g->adaptive][w->g->opening.order - GRAVITY_ORDER_MIN]
+                                        : table->tree[w->g->adaptive])(w->verdict.item, v, w->g->cell, source, n);
     for (int64_t i = 0; i < n; i++) item[verdict[i]][count[verdict[i]]++] = source[i];
     for (int k = 0; k < GRAVITY_VERDICTS; k++) out[k]->n = count[k];
     open_parents(w, v, &w->parents, &w->opened);
@@ -178,7 +179,7 @@ void walk_inherit(float *local, const float *parent, const struct gravity_view *
 void walk_want_rows(struct walk *w, int32_t target)
 {
     for (int64_t i = 0; i < w->near.n; i++)
-        if (!ghosts_have_rows(w->sim, w->near.item[i], GHOST_MOTION)) want(w, target, w->near.item[i], true);
+        if (!ghosts_have_rows(w->sim, w->near.item[i], gravity_ghost_rows(w->g))) want(w, target, w->near.item[i], true);
 }
 
 static void settle_group(struct walk *w, const struct gravity_view *v, const float *local)
@@ -307,7 +308,7 @@ static void walk_tasks(struct sim *sim, struct gravity *g, enum gravity_output o
 /* Asks at once for what the targets above all tasks are likely to need. */
 static void walk_ahead(struct sim *sim, struct gravity *g)
 {
-    struct ghost_want want = {.angle = likely_angle, .leaf = g->opening.leaf_size, .rows = GHOST_MOTION};
+    struct ghost_want want = {.angle = likely_angle, .leaf = g->opening.leaf_size, .rows = gravity_ghost_rows(g)};
     want.domain = frame_active(sim, want.low, want.high);
     for (int32_t n = 0; n < sim->tree.n_top && want.low[0] <= want.high[0]; n++)
         if (sim->tree.node[n].place == NODE_AWAY && node_is_closed(&sim->tree.node[n])) ghosts_want(sim, n, false, &want);

@@ -85,6 +85,9 @@ static void begin(struct sim *sim, void *state)
     const struct species *gas = &sim->species[GAS];
     const double hydrogen = 0.76;
     sf->rho_least = sf->n_h * CONST_M_PROTON / sim->units.mass / hydrogen;
+    if (gravity_gas_is_adaptive(sim))
+        fail(STATUS_INPUT, "star_formation: what a star's softening costs is known for gas of one softening: "
+                           "gravity.softening_adaptive must be off");
     if (sim_state(sim, "gravity") && gravity_contact(sim, GAS, STAR) == 0)
         fail(STATUS_INPUT, "star_formation: a star begins at the place of its gas: gravity.softening must be above 0");
     if (sf->gas_mass > 0) return;
