@@ -32,7 +32,7 @@ static void lessen_classic(struct step_reason *step, const struct species *gas, 
     lessen(step, f * sqrt(2 * h / a), "sqrt(2h/|a|)");
     lessen(step, f * h / norm(gas->vel[i][0], gas->vel[i][1], gas->vel[i][2]), "h/|v|");
     lessen(step, f * h / c, "h/c");
-    if (gas->du && gas->du[i] != 0) lessen(step, f * (double)(gas->u[i] / fabsf(gas->du[i])), "u/|du/dt|");
+    if (gas->u && gas->du[i] != 0) lessen(step, f * (double)(gas->u[i] / fabsf(gas->du[i])), "u/|du/dt|");
 }
 
 void sph_reason(const struct sim *sim, const void *state, const struct species *gas, int64_t i, struct step_reason *step)

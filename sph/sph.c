@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * The module `sph`: parameters, columns, energy and warnings of smoothed particle hydrodynamics
  * (Monaghan 1992, with the neighbours, viscosity and steps of Berczik 1999). */
+#include "comm.h"
 #include "constants.h"
 #include "energy.h"
 #include "isa.h"
@@ -73,6 +74,8 @@ static const struct param params[] = {
     {0}
 };
 
+static const struct saved saved[] = {{"taken", offsetof(struct sph, taken), sizeof(double)}, {0}};
+
 static const struct sph_loops *const loops[N_ISA] = {&sph_loops_v2, &sph_loops_v3, &sph_loops_v4};
 
 /* Keys that would be read and then ignored. */
@@ -106,6 +109,8 @@ static void check_values(struct sim *sim, const struct sph *sph)
                                : "sph.stiff_density has a meaning only with sph.eos: barotropic");
     if (sph->grad_h && sph->count != SPH_SMOOTH)
         problems_add(problems, "sph.grad_h: on needs sph.count: smooth, where h follows the density");
+    if (sph->equation == SPH_ENTROPY && sph->eos != SPH_ADIABATIC)
+        problems_add(problems, "sph.equation: entropy has a meaning only with sph.eos: adiabatic");
     if (sph->equation == SPH_ENTROPY && !sph->grad_h)
         problems_add(problems, "sph.equation: entropy needs sph.grad_h: on, without which energy would not be conserved");
     if ((sph->step_ratio & (sph->step_ratio - 1)) != 0)
@@ -126,13 +131,10 @@ static void declare(struct sim *sim, void *state)
     if (sph->balsara || sph->strength == SPH_SHOCKS) species_need(gas, COLUMN_balsara);
     if (sph->strength == SPH_SHOCKS) species_need(gas, COLUMN_strength);
     if (sph->grad_h) species_need(gas, COLUMN_omega);
-    if (sph->eos == SPH_ADIABATIC) {
-        species_need(gas, COLUMN_u);
-        species_need(gas, COLUMN_du);
-    }
+    species_need(gas, COLUMN_du);
+    if (sph->eos == SPH_ADIABATIC) species_need(gas, COLUMN_u);
     check_values(sim, sph);
     check_meaning(sim, sph);
-    sim->energy_open = sph->eos != SPH_ADIABATIC;   /* what keeps the temperature takes energy away */
     tree_need(&sim->tree, NODE_h_max, 1);
     tree_need_leaf(&sim->tree, LEAF_ROWS);
     sph->loops = loops[isa_now()];
@@ -211,11 +213,29 @@ static void end(struct sim *sim, void *state)
     sph_free_batches(state);
 }
 
+/* Pressure and viscosity do work on gas whose temperature the density alone decides: what keeps it so takes that away. As
+ * the integrators do with u, the mean of both rates acts over the step. */
+static void book_taken(struct sim *sim, void *state)
+{
+    struct sph *sph = state;
+    const struct species *gas = &sim->species[GAS];
+    if (sph->eos == SPH_ADIABATIC) return;
+    double taken = 0;
+    for (int64_t a = 0; a < gas->n_active; a++) {
+        const int64_t i = gas->active[a];
+        taken += 0.5 * gas->mass[i] * ((double)gas->du_old[i] + (double)gas->du[i]) * timeline_step(&sim->time, gas->rung0[i]);
+    }
+    comm_sum(&taken, 1);
+    sph->taken += taken;
+}
+
+/* What is booked is that of all ranks, and a checkpoint gives it to each: one of them tells. */
 static void energy(struct sim *sim, void *state, struct energy_sink *sink)
 {
-    (void)state;
+    const struct sph *sph = state;
     const struct species *gas = &sim->species[GAS];
     if (gas->u) sink->add(sink, "thermal", energy_of_rows(gas, gas->u));
+    else sink->add(sink, "radiated", comm_rank() == 0 ? sph->taken : 0);
 }
 
 /* The cubic spline pairs particles beyond this number (Dehnen & Aly 2012). */
@@ -293,9 +313,9 @@ static void warn(struct sim *sim, void *state)
 
 const struct module sph_module = {
     .name = "sph", .doc = "smoothed particle hydrodynamics of the gas", .kind = MODULE_BLOCK,
-    .params = params, .state_bytes = sizeof(struct sph),
+    .params = params, .state_bytes = sizeof(struct sph), .saved = saved,
     .declare = declare, .begin = begin, .end = end, .energy = energy, .temperature = temperature, .kelvin = kelvin,
     .reason = sph_reason, .warn = warn,
     .hook = {[HOOK_PREDICT] = give_room, [HOOK_H] = sph_smooth, [HOOK_DENSITY] = sph_density, [HOOK_FORCE] = sph_force,
-             [HOOK_LIMIT] = sph_limit},
+             [HOOK_CORRECT] = book_taken, [HOOK_LIMIT] = sph_limit},
 };

@@ -74,6 +74,7 @@ struct sph {
     struct sph_run *touched;        /* rows of other ranks that an h of this step reaches, larger than their lists allow for */
     int64_t n_touched, touched_room;
     bool unforeseen;                /* an h of this step is larger than any list allows for */
+    double taken;                   /* energy that an equation of state without u has taken, of all ranks, since the start */
     int64_t retries;                /* rows whose search for h had to look further, since the start */
 };
 

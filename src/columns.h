@@ -20,7 +20,7 @@
     COLUMN(rung,     uint8_t,     , KEEP, "1",        "",                "step of 2^rung ticks: the row is active when it divides the tick") \
     COLUMN(rung0,    uint8_t,     , KEEP, "1",        "",                "rung with which the present step began (see timeline.h)") \
     COLUMN(u,        float,       , KEEP, "V^2",      "InternalEnergy",  "specific internal energy") \
-    COLUMN(du,       float,       , KEEP, "V^3 L^-1", "",                "rate of change of u by hydrodynamics") \
+    COLUMN(du,       float,       , KEEP, "V^3 L^-1", "",                "rate of change of u by hydrodynamics, or what stands for it without u") \
     COLUMN(h,        float,       , KEEP, "L",        "SmoothingLength", "smoothing length; the kernel ends at 2h (files hold 2h)") \
     COLUMN(rho,      float,       , KEEP, "M L^-3",   "Density",         "density") \
     COLUMN(balsara,  float,       , KEEP, "1",        "",                "factor of the artificial viscosity, 0 in pure shear") \

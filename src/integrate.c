@@ -34,7 +34,7 @@ static void predict(struct sim *sim, void *state)
                 s->pos[i][k] = integrate_position(s->pos[i][k], s->vel[i][k], a, t);
                 s->vel[i][k] = integrate_velocity(s->vel[i][k], a, t);
             }
-            if (s->du) s->u[i] = integrate_energy(s->u[i], s->du[i], (float)t);
+            if (s->u && s->du) s->u[i] = integrate_energy(s->u[i], s->du[i], (float)t);
         }
     }
 }
@@ -69,7 +69,7 @@ static void correct(struct sim *sim, bool shift)
                 s->vel[i][k] += change;
                 if (shift) s->pos[i][k] += integrate_shift(change, t);
             }
-            if (s->du) s->u[i] = integrate_energy(s->u[i], s->du[i] - s->du_old[i], 0.5f * (float)t);
+            if (s->u && s->du) s->u[i] = integrate_energy(s->u[i], s->du[i] - s->du_old[i], 0.5f * (float)t);
         }
     }
 }

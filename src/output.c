@@ -139,7 +139,7 @@ static void check_energy(struct sim *sim, const struct output *output)
     const struct energy *energy = &output->energy;
     double largest = fabs(energy->first), off = energy->total - energy->first;
     for (int i = 0; i < energy->n; i++) largest = fmax(largest, fabs(energy->value[i]));
-    if (isfinite(off) && (sim->energy_open || fabs(off) <= output->energy_limit * largest)) return;
+    if (isfinite(off) && fabs(off) <= output->energy_limit * largest) return;
     sim_stop(sim, STATUS_NUMBERS,
              "at t = %g the total energy is %g and was %g at the start: off by more than output.energy_limit = %g "
              "of its largest component (shorter steps or a finer accuracy may help)",

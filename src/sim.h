@@ -50,7 +50,6 @@ struct sim {
     int64_t steps, updates; /* steps done; row updates done */
     bool kelvin;            /* u of the gas was given as temperatures and has layout_kelvin's mean mass: who knows
                                a better one corrects it in `begin` */
-    bool energy_open;       /* a module lets energy go without booking it: the total is not held to a limit */
     bool started;           /* the forces at the start are known */
     double last_dt;         /* length of the step that ends now */
     double wall_start, part_start; /* for the ETA only: clock, and part of the run done, at the start */
