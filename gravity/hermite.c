@@ -16,9 +16,7 @@ const enum column hermite_column[] = {COLUMN_acc_exact, COLUMN_jerk, COLUMN_snap
 
 static const struct saved saved[] = {
     {"guarded", offsetof(struct hermite, guarded), sizeof(int64_t)},
-    {"length", offsetof(struct hermite, length), sizeof(double)},
-    {"velocity", offsetof(struct hermite, velocity), sizeof(double)},
-    {"bulk", offsetof(struct hermite, bulk), sizeof(double[3])},
+    {"units", offsetof(struct hermite, units), sizeof(struct hermite_units)},
     {0}
 };
 
@@ -31,12 +29,12 @@ static const struct saved saved[] = {
          "no row's step is shorter, whatever its criterion; default: the tick, where the run ends", true, \
          offsetof(struct hermite, dt_min)}, \
         __VA_ARGS__ {0}}
-/* Of order 4 alone: the criteria of the others hold derivatives in which roundings of floats show (doc/manual/hermite.md). */
-#define PRECISION {"precision", PARAM_CHOICE, "", "double", 0, 0, "double|float", \
-    "of pairs: float takes two floats a coordinate and errs by 3e-7; sums and rows are doubles", true, \
+/* The criterion of order 8 holds derivatives in which roundings of floats show too much (doc/manual/hermite.md). */
+#define PRECISION {"precision", PARAM_CHOICE, "", "auto", 0, 0, "auto|double|float", \
+    "of pairs: float takes two floats a coordinate and errs by 3e-7; sums and rows are doubles; auto: float on a device", true, \
     offsetof(struct hermite, precision)},
 PARAMS(4, "0.01", "of Aarseth's step sqrt(eta (|a||s| + |j|^2)/(|j||c| + |s|^2))", PRECISION);
-PARAMS(6, "0.5", "of the step eta (A1/A4)^(1/3), A_k^2 = |f(k-1)||f(k+1)| + |f(k)|^2, f(k) the derivatives of a", );
+PARAMS(6, "0.5", "of the step eta (A1/A4)^(1/3), A_k^2 = |f(k-1)||f(k+1)| + |f(k)|^2, f(k) the derivatives of a", PRECISION);
 PARAMS(8, "0.75", "of the step eta (A1/A6)^(1/5), A_k as for hermite6", );
 
 static double *kept(const struct species *s, int derivative, int64_t i)
@@ -67,6 +65,13 @@ static void declare(struct sim *sim, struct hermite *h, int p)
 static void declare4(struct sim *sim, void *state) { declare(sim, state, 2); }
 static void declare6(struct sim *sim, void *state) { declare(sim, state, 3); }
 static void declare8(struct sim *sim, void *state) { declare(sim, state, 4); }
+
+static void begin(struct sim *sim, void *state)
+{
+    const struct hermite *h = state;
+    if (sim->device && !hermite_on_device(sim, h))
+        log_line("hermite%d: sums in doubles are the CPU's; the device has orders 4 and 6, in floats", 2 * h->p);
+}
 
 struct place { double pos[3]; uint64_t id; };
 
@@ -128,6 +133,23 @@ static double aarseth(double eta, int order, double (*f)[3])
     return (order == 4 ? sqrt(eta) : eta) * pow(a[0] / a[1], 1.0 / (order - 3));
 }
 
+/* Whether the highest derivatives at the end of a step are more than what errors of the sums make of them, which differences
+ * over a short step magnify: `noise` of the acceleration, or of the mean pull of all where single ones cancel. f0: the
+ * derivatives at its start; f1: at its end, all of them. */
+static bool tell_steps(const struct hermite *h, double (*f0)[3], double (*f1)[3], double dt)
+{
+    const int p = h->p, top = 2 * p - 2;
+    double error[3];
+    for (int k = top - 1; k <= top + 1; k++) {
+        double sum = k < p ? size(f1[k]) : fabs(hermite_end[p][k - p][0][0]) * pow(dt, -k) * hermite_mean_pull(h);
+        for (int m = 0; m < p && k >= p; m++)
+            sum += pow(dt, m - k) * (fabs(hermite_end[p][k - p][0][m]) * size(f0[m])
+                                     + fabs(hermite_end[p][k - p][1][m]) * size(f1[m]));
+        error[k - top + 1] = h->noise * sum;
+    }
+    return size(f1[top - 1]) * size(f1[top + 1]) + size(f1[top]) * size(f1[top]) > error[0] * error[2] + error[1] * error[1];
+}
+
 static double guarded(struct hermite *h, double dt)
 {
     if (!(dt < h->dt_min)) return dt;
@@ -182,9 +204,9 @@ static void force(struct sim *sim, void *state)
     hermite_evaluate(sim, h, h->p, false);
 }
 
-static void correct_row(const struct sim *sim, struct hermite *h, struct species *s, int64_t i, int64_t t)
+static void correct_row(const struct sim *sim, const struct hermite *h, struct species *s, int64_t i, int64_t t)
 {
-    const struct hermite_old *old = &h->old[t];
+    struct hermite_old *old = &h->old[t];
     const double dt = timeline_step(&sim->time, s->rung0[i]);
     double end[HERMITE_DERIVATIVES][3];
     for (int k = 0; k < 3; k++) {
@@ -200,7 +222,8 @@ static void correct_row(const struct sim *sim, struct hermite *h, struct species
         for (int m = 0; m < hermite_kept(h->p); m++) kept(s, m, i)[k] = d1[1 + m];
         s->acc[i][k] = (float)d1[1];
     }
-    h->step[t] = fmin(aarseth(h->eta, 2 * h->p, end), 2 * dt);
+    h->step[t] = 2 * dt;
+    if (h->noise == 0 || tell_steps(h, old->f, end, dt)) h->step[t] = fmin(aarseth(h->eta, 2 * h->p, end), 2 * dt);
 }
 
 static void correct_rows(struct sim *sim, struct hermite *h)
@@ -262,9 +285,10 @@ static void reason(const struct sim *sim, const void *state, const struct specie
 #define HERMITE(order, text) \
     const struct module hermite##order##_module = { \
         .name = "hermite" #order, .doc = text, .kind = MODULE_INTEGRATOR, .params = params##order, .open_space = true, \
-        .whole = true, .state_bytes = sizeof(struct hermite), .saved = saved, .declare = declare##order, .end = end, \
+        .whole = true, .state_bytes = sizeof(struct hermite), .saved = saved, .declare = declare##order, .begin = begin, \
+        .end = end, \
         .hook = {[HOOK_FORCE] = force, [HOOK_CORRECT] = correct, [HOOK_LIMIT] = limit}, .reason = reason, \
     }
-HERMITE(4, "Hermite's scheme of 4th order, direct sums in double");
-HERMITE(6, "Hermite's scheme of 6th order, direct sums in double");
-HERMITE(8, "Hermite's scheme of 8th order, direct sums in double");
+HERMITE(4, "Hermite's scheme of 4th order, direct sums");
+HERMITE(6, "Hermite's scheme of 6th order, direct sums");
+HERMITE(8, "Hermite's scheme of 8th order, direct sums");

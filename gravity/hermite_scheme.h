@@ -5,13 +5,7 @@
  * 13, 498, for p = 3 and 4), its higher derivatives at the end serve the predictor and the step. */
 #ifndef TEPHRA_GRAVITY_HERMITE_SCHEME_H
 #define TEPHRA_GRAVITY_HERMITE_SCHEME_H
-#include "hd.h"
-
-enum { HERMITE_P_MIN = 2, HERMITE_P_MAX = 4, HERMITE_DERIVATIVES = 2 * HERMITE_P_MAX };
-
-/* Derivatives that a row keeps, f^(0) to f^(2p-3): with them the predicted place errs by dt^(2p), its force too, and
- * the velocity by dt^(2p+1), as the corrector does. */
-HD int hermite_kept(int p) { return 2 * p - 2; }
+#include "hermite_predict.h"
 
 /* Integral over a step of length 1: sum_m weight[p][m] (f0^(m) + (-1)^m f1^(m)). */
 static const double hermite_weight[HERMITE_P_MAX + 1][HERMITE_P_MAX] = {
@@ -32,15 +26,6 @@ static const double hermite_end[HERMITE_P_MAX + 1][HERMITE_P_MAX][2][HERMITE_P_M
            {{50400, 24480, 4680, 360}, {-50400, 25920, -5400, 480}},
            {{100800, 50400, 10080, 840}, {-100800, 50400, -10080, 840}}},
 };
-
-/* Taylor's series of `terms` numbers d[0], d[1], ... to a time t later. */
-HD double hermite_taylor(const double *d, int terms, double t)
-{
-    static const double part[HERMITE_DERIVATIVES] = {1, 1, 1.0 / 2, 1.0 / 3, 1.0 / 4, 1.0 / 5, 1.0 / 6, 1.0 / 7};
-    double sum = d[terms - 1];
-    for (int m = terms - 1; m > 0; m--) sum = d[m - 1] + t * part[m] * sum;
-    return sum;
-}
 
 /* A quantity q at the end of a step, from itself and its p derivatives at the start and the end, d0 and d1. */
 HD double hermite_integrate(int p, double q, const double *d0, const double *d1, double dt)

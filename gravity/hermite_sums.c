@@ -16,26 +16,29 @@
 enum { CHUNK = 512, TURN = 16, SEGMENTS = 32, PARTS = 1 << 18 };
 /* Pairs that cost as much as the prediction of a row. */
 enum { PREDICTION = 16 };
+/* Of a sum of pairs in floats, relative: rms 3e-8 (doc/manual/hermite.md), but more where the pulls of others cancel. */
+static const double float_noise = 3e-7;
 
 /* --- rows --- */
 
 /* Powers of two, so that nothing is rounded, by which the powers that the derivatives hold stay within floats: lengths
  * from 1e-10 to 1e3 of the set and their powers -9. A few far rows shall not count: the mean is of logarithms. */
+enum { BELOW = 10 };     /* bits that the unit of length is below the mean distance */
+
 static void choose_units(const struct sim *sim, struct hermite *h)
 {
-    enum { BELOW = 10 };
     double sum = 0, mass = 0, n = 0, centre[3] = {0};
     for_species(sim, s)
         for (int64_t i = 0; i < s->n; i++) {
             mass += s->mass[i];
             for (int k = 0; k < 3; k++) {
                 centre[k] += s->mass[i] * s->pos[i][k];
-                h->bulk[k] += s->mass[i] * s->vel[i][k];
+                h->units.bulk[k] += s->mass[i] * s->vel[i][k];
             }
         }
     for (int k = 0; k < 3 && mass > 0; k++) {
         centre[k] /= mass;
-        h->bulk[k] /= mass;
+        h->units.bulk[k] /= mass;
     }
     for_species(sim, s)
         for (int64_t i = 0; i < s->n; i++) {
@@ -46,18 +49,24 @@ static void choose_units(const struct sim *sim, struct hermite *h)
             n++;
         }
     const double size = n > 0 ? exp(sum / n) : 1, velocity2 = h->gravity->G * mass / size;
-    h->length = ldexp(1, (int)floor(log2(size)) - BELOW);
-    h->velocity = velocity2 > 0 ? ldexp(1, (int)floor(0.5 * log2(velocity2))) : 1;
+    h->units.length = ldexp(1, (int)floor(log2(size)) - BELOW);
+    h->units.velocity = velocity2 > 0 ? ldexp(1, (int)floor(0.5 * log2(velocity2))) : 1;
+}
+
+/* By up to 8 times more, as the units are powers of two below. */
+double hermite_mean_pull(const struct hermite *h)
+{
+    return ldexp(4 * h->units.velocity * h->units.velocity / h->units.length, -BELOW);
 }
 
 static void make_float_room(struct hermite *h)
 {
-    enum { COLUMNS = 11 };
+    enum { COLUMNS = 14 };
     h->float_room = mem_resize("hermite", h->float_room, (size_t)(COLUMNS * h->capacity) * sizeof(float));
-    float **const column[] = {h->floats.high, h->floats.low, h->floats.vel};
+    float **const column[] = {h->floats.high, h->floats.low, h->floats.vel, h->floats.acc};
     for (int c = 0; c < COLUMNS; c++)
         for (int64_t i = h->rows.n; i < h->capacity; i++) h->float_room[c * h->capacity + i] = c == COLUMNS - 1;
-    for (int c = 0; c < 3; c++)
+    for (int c = 0; c < 4; c++)
         for (int k = 0; k < 3; k++) column[c][k] = h->float_room + (3 * c + k) * h->capacity;
     h->floats.mass = h->float_room + (COLUMNS - 2) * h->capacity;
     h->floats.soft = h->float_room + (COLUMNS - 1) * h->capacity;
@@ -90,10 +99,8 @@ void hermite_make_room(const struct sim *sim, struct hermite *h)
         for (int c = 0; c < COLUMNS; c++) h->room[c * h->capacity + i] = 0;
         h->rows.soft[i] = 1;
     }
-    if (h->precision == HERMITE_FLOAT) {
-        if (h->length == 0) choose_units(sim, h);
-        make_float_room(h);
-    }
+    if (h->units.length == 0) choose_units(sim, h);
+    if (h->precision == HERMITE_FLOAT) make_float_room(h);
     if (active > h->room_active) {
         h->room_active = active;
         h->target = mem_resize("hermite", h->target, (size_t)active * sizeof *h->target);
@@ -106,18 +113,19 @@ void hermite_make_room(const struct sim *sim, struct hermite *h)
         for (int64_t a = 0; a < s->n_active; a++) h->target[h->n++] = (int32_t)(h->base[s->kind] + s->active[a]);
 }
 
-/* The derivatives at the start are summed in doubles. */
+/* On the CPU the derivatives at the start are summed in doubles. */
 static bool in_floats(const struct hermite *h, int derivatives) { return h->precision == HERMITE_FLOAT && derivatives == h->p; }
 
 static void float_row(const struct hermite *h, int64_t i)
 {
     const struct hermite_floats *to = &h->floats;
-    const double length = 1 / h->length, velocity = 1 / h->velocity;
+    const double length = 1 / h->units.length, velocity = 1 / h->units.velocity, acc = velocity * velocity * h->units.length;
     for (int k = 0; k < 3; k++) {
         const double x = h->rows.pos[k][i] * length;
         to->high[k][i] = (float)x;
         to->low[k][i] = (float)(x - (double)to->high[k][i]);
-        to->vel[k][i] = (float)((h->rows.vel[k][i] - h->bulk[k]) * velocity);
+        to->vel[k][i] = (float)((h->rows.vel[k][i] - h->units.bulk[k]) * velocity);
+        if (h->p > 2) to->acc[k][i] = (float)(h->rows.acc[k][i] * acc);
     }
     to->mass[i] = (float)(h->rows.mass[i] * velocity * velocity * length);
     to->soft[i] = (float)(h->rows.soft[i] * length * length);
@@ -167,7 +175,7 @@ static int64_t segment_from(const struct hermite *h, int64_t segments, int64_t s
     return from < h->rows.n ? from : h->rows.n;
 }
 
-/* Whether the sources are shared out: counted work of the busiest rank, the same on every rank. A device holds all rows. */
+/* Whether the sources are shared out: counted work of the busiest rank, the same on every rank. */
 static bool shares_sources(struct hermite *h, int64_t segments, const int64_t *n)
 {
     const int size = comm_size();
@@ -263,17 +271,17 @@ static void predict(const struct sim *sim, const struct hermite *h, const struct
 /* In the units of the floats, and back. */
 static void sum_floats(const struct hermite *h, bool bare, double row[13], int64_t from, int64_t end, double *to)
 {
-    const double acc = h->velocity * h->velocity / h->length, jerk = acc * h->velocity / h->length;
+    const struct hermite_units *u = &h->units;
+    double unit = u->velocity * u->velocity / u->length;
     for (int k = 0; k < 3; k++) {
-        row[k] /= h->length;
-        row[3 + k] = (row[3 + k] - h->bulk[k]) / h->velocity;
+        row[k] /= u->length;
+        row[3 + k] = (row[3 + k] - u->bulk[k]) / u->velocity;
+        row[6 + k] /= unit;
     }
-    row[12] /= h->length * h->length;
-    h->gravity->kernels->hermite_float->sum[bare](to, row, &h->floats, from, end);
-    for (int k = 0; k < 3; k++) {
-        to[k] *= acc;
-        to[3 + k] *= jerk;
-    }
+    row[12] /= u->length * u->length;
+    h->gravity->kernels->hermite_float->sum[bare][h->p - 2](to, row, &h->floats, from, end);
+    for (int d = 0; d < h->p; d++, unit *= u->velocity / u->length)
+        for (int k = 0; k < 3; k++) to[3 * d + k] *= unit;
 }
 
 static void sum_chunk(const struct hermite *h, int derivatives, int64_t i, int64_t from, double *to)
@@ -376,13 +384,24 @@ static void sum_rows(struct hermite *h, const struct work *w, int derivatives)
     mem_free(aim);
 }
 
-void hermite_evaluate(const struct sim *sim, struct hermite *h, int derivatives, bool corrected)
+/* On the device, where all ranks have one that takes it. */
+static bool evaluate_there(struct sim *sim, struct hermite *h, int derivatives, bool corrected)
 {
+    double done = hermite_on_device(sim, h) && hermite_evaluate_device(sim, h, derivatives, corrected);
+    comm_min(&done, 1);
+    return done > 0;
+}
+
+void hermite_evaluate(struct sim *sim, struct hermite *h, int derivatives, bool corrected)
+{
+    h->gravity->pairs = h->n * h->rows.n;
+    h->noise = float_noise;
+    if (sim->device && evaluate_there(sim, h, derivatives, corrected)) return;
+    if (!in_floats(h, derivatives)) h->noise = 0;
     struct work w = work_begin(h);
     predict(sim, h, &w, derivatives, corrected);
     sum_rows(h, &w, derivatives);
     work_end(h, &w);
-    h->gravity->pairs = h->n * h->rows.n;
 }
 
 void hermite_free(struct hermite *h)
@@ -394,4 +413,5 @@ void hermite_free(struct hermite *h)
     mem_free(h->old);
     mem_free(h->step);
     mem_free(h->part);
+    hermite_engine_free(h->engine);
 }

@@ -147,11 +147,11 @@ extern const struct hermite_table hermite_table_v2, hermite_table_v3, hermite_ta
 
 /* The same rows in floats, in units of powers of two (velocity^2 length for the masses): a position is high + low. */
 struct hermite_floats {
-    float *high[3], *low[3], *vel[3], *mass, *soft;
+    float *high[3], *low[3], *vel[3], *acc[3], *mass, *soft;
 };
-/* As hermite_sum with two derivatives, in these units, the target too. */
+/* As hermite_sum with two or three derivatives, in these units, the target too. */
 typedef void hermite_float_sum(double *sum, const double target[13], const struct hermite_floats *s, int64_t from, int64_t to);
-struct hermite_float_table { hermite_float_sum *sum[2]; };   /* [a softening may be zero] */
+struct hermite_float_table { hermite_float_sum *sum[2][2]; };    /* [a softening may be zero][derivatives - 2] */
 extern const struct hermite_float_table hermite_float_table_v2, hermite_float_table_v3, hermite_float_table_v4;
 
 struct gravity_kernels {

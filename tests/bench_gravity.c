@@ -115,12 +115,12 @@ static double hermite_rate(hermite_sum *kernel, const double *target)
 
 static double hermite_float_rate(hermite_float_sum *kernel, const double *target)
 {
-    static float field[11][LINE];
-    struct hermite_floats rows = {.mass = field[9], .soft = field[10]};
-    float **const part[] = {rows.high, rows.low, rows.vel};
+    static float field[14][LINE];
+    struct hermite_floats rows = {.mass = field[12], .soft = field[13]};
+    float **const part[] = {rows.high, rows.low, rows.vel, rows.acc};
     double least = INFINITY, out[12];
-    for (unsigned c = 0; c < 11; c++) {
-        if (c < 9) part[c / 3][c % 3] = field[c];
+    for (unsigned c = 0; c < 14; c++) {
+        if (c < 12) part[c / 3][c % 3] = field[c];
         for (unsigned j = 0; j < LINE; j++) field[c][j] = fraction(LINE * c + j);
     }
     for (int t = 0; t < TRIALS; t++) {
@@ -147,7 +147,8 @@ int main(void)
         printf("%s Hermite's sums of order 4, 6, 8, 1e9 pairs/s:", isa_names[isa]);
         for (int d = 0; d < 3; d++)
             printf(" %.2f", 1e-9 * hermite_rate(k->hermite->sum[0][d], target));
-        printf("; of order 4 in floats: %.2f", 1e-9 * hermite_float_rate(k->hermite_float->sum[0], target));
+        printf("; of order 4, 6 in floats: %.2f %.2f", 1e-9 * hermite_float_rate(k->hermite_float->sum[0][0], target),
+               1e-9 * hermite_float_rate(k->hermite_float->sum[0][1], target));
         printf("\n%s quadrupole cells on rows: %.2f 1e9/s; cells to local expansions of order 3 to 6, ns:", isa_names[isa],
                1e-9 * cell_rate(k->far->quadrupoles[0]));
         for (int o = 0; o < GRAVITY_ORDERS; o++) printf(" %.1f", 1e9 * local_time(k->far->to_local[o]));

@@ -25,6 +25,28 @@ for run in cpu cuda; do
     awk -F, 'NR == 1 { for (i = 1; i <= NF; i++) if ($i ~ /^total/) c = i } END { printf "%.5f\n", $c }' tree-$run/energy.csv
 done | uniq | wc -l | grep -qx 1 || fail "energies with the tree on the device and on the CPU differ"
 
+# Star clusters: sums in floats where nothing else is asked, rows predicted there; a restart goes on bit for bit.
+cluster=$TEPHRA_SOURCE/ics/cluster.yml
+stars="--set start.n=200 --set output.snapshot_every=0.0625 --set output.picture_every=1"
+for order in 4 6; do
+    expect_status 0 "$program" run "$cluster" $stars --set time.end=0.125 --set time.integrator=hermite$order --device cuda --out stars$order
+    expect_status 0 "$program" run "$cluster" $stars --set time.end=0.125 --set time.integrator=hermite$order --device cpu --out cpu$order
+    cmp -s stars$order/energy.csv cpu$order/energy.csv && fail "order $order: the device has not been used"
+    for run in stars cpu; do
+        awk -F, 'END { exit !($8 < 1e-7 && $8 > -1e-7) }' $run$order/energy.csv || fail "$run$order: $(tail -n 1 $run$order/energy.csv)"
+    done
+    expect_status 0 "$program" run "$cluster" $stars --set time.end=0.0625 --set time.integrator=hermite$order --device cuda --out half$order
+    expect_status 0 "$program" run --restart half$order --set time.end=0.125 --device cuda
+    same stars$order/snapshot_002.hdf5 half$order/snapshot_002.hdf5
+done
+expect_status 0 "$program" run "$cluster" $stars --set time.end=0.125 --set time.integrator=hermite4 \
+    --set hermite4={} --set hermite4.precision=double --device cuda --out double4
+expect_text "sums in doubles are the CPU's" err
+same double4/snapshot_002.hdf5 cpu4/snapshot_002.hdf5
+expect_status 0 env SHIM_BYTES=1000 "$program" run "$cluster" $stars --set time.end=0.125 --set time.integrator=hermite4 --device auto --out full4
+expect_text 'hermite: hermite needs .* GB are free; the CPU goes on' full4/log.txt
+same full4/snapshot_002.hdf5 cpu4/snapshot_002.hdf5
+
 # Too small a device: auto goes on on the CPU, bit for bit what it gives from the start; cuda ends with 5.
 export SHIM_BYTES=1000
 expect_status 0 "$program" run "$scene" $small --device auto --out small

@@ -11,6 +11,7 @@
 #include "comm.h"
 #include "device.h"
 #include "gravity/direct_engine.h"
+#include "gpu_hermite.h"
 #include "gpu_scenes.h"
 #include "gravity/pair.h"
 #include "mem.h"
@@ -129,11 +130,12 @@ int main(int argc, char **argv)
     for (enum softening_form form = SOFT_COMMON; form <= SOFT_SPLINE; form++)
         for (enum direct_precision precision = DIRECT_FLOAT; precision <= DIRECT_PAIR; precision++)
             failed += !measure(device, form, precision, 5000, 1000);
+    failed += gpu_hermite(device, false);
     failed += gpu_scenes(device, false);
     for (size_t t = 0; t < sizeof timed / sizeof *timed && time_it; t++)
         for (enum direct_precision precision = DIRECT_FLOAT; precision <= DIRECT_PAIR; precision++)
             failed += !measure(device, SOFT_COMMON, precision, timed[t].n, timed[t].targets);
-    if (time_it) failed += gpu_scenes(device, true);
+    if (time_it) failed += gpu_hermite(device, true) + gpu_scenes(device, true);
     device_close(device);
     comm_end();
     return failed > 0;
