@@ -2,6 +2,7 @@
  * Two equal molecular clouds on a collision course (Vinogradov & Berczik 2006; Marinho & Lepine 2000, A&AS 142,
  * 165): rho = M / (2 pi R^2 r) within R, one temperature, at rest within themselves or turbulent, or in solid
  * rotation. Rows lie on stretched lattices that are turned against each other, or at random. */
+#include "barotrope.h"
 #include "constants.h"
 #include "lattice.h"
 #include "mem.h"
@@ -50,27 +51,16 @@ static const struct param params[] = {
     {0}
 };
 
-/* What the scene says of a key, in code units; NAN if nothing that can be read. */
-static double said(const struct sim *sim, const char *block, const char *key, const char *dimension)
-{
-    double value = NAN;
-    const char *text = scene_value(sim->scene, block, key);
-    char *problem = text ? units_parse(&sim->units, text, dimension, &value) : NULL;
-    if (problem) value = NAN;
-    mem_free(problem);
-    return value;
-}
-
 /* Of H2, unless the scene says another mean molecular weight. */
 static double sound_speed(struct sim *sim, const struct clouds *clouds)
 {
     start_advise(sim, "sph", "mu", 2);
-    return sqrt(CONST_K_B * clouds->temperature / (said(sim, "sph", "mu", "") * CONST_M_PROTON)) / sim->units.velocity;
+    return sqrt(CONST_K_B * clouds->temperature / (barotrope_said(sim, "sph", "mu", "") * CONST_M_PROTON)) / sim->units.velocity;
 }
 
-/* The gas resists from the density on at which two kernels full of rows are a Jeans mass (Bate & Burkert 1997,
- * MNRAS 288, 1060), (5 c^2/(2 G))^(3/2) (4 pi rho/3)^(-1/2), but not below ten times the clouds' mean; the softening is
- * the smoothing length there. h itself has no floor: what collapses beyond would have all its rows as neighbours. */
+/* The gas resists from the density on at which its Jeans mass is no longer resolved (barotrope.h), but not below ten times the
+ * clouds' mean; the softening is the smoothing length there. h itself has no floor: what collapses beyond would have all its
+ * rows as neighbours. */
 static void clouds_advise(struct sim *sim, const void *state, int64_t n)
 {
     const struct clouds *clouds = state;
@@ -80,16 +70,9 @@ static void clouds_advise(struct sim *sim, const void *state, int64_t n)
         double speed = sound_speed(sim, clouds);
         if (eos && strcmp(eos, "adiabatic") != 0) start_advise(sim, "sph", "sound_speed", speed);
     }
-    double c = said(sim, "sph", "sound_speed", "velocity"), neighbours = said(sim, "sph", "neighbours", "");
-    const char *eos = scene_value(sim->scene, "sph", "eos");
-    if (isnan(c) || !eos || strcmp(eos, "barotropic") != 0) return;
-    if (isnan(neighbours)) neighbours = 50;
-    double row = 2 * clouds->mass / (double)n, mean = clouds->mass / (4 * pi / 3 * R * R * R);
-    double kernels = 2 * neighbours * row, length2 = 2.5 * c * c / sim->units.G;
-    double resolved = length2 * length2 * length2 / (kernels * kernels) / (4 * pi / 3);
-    start_advise(sim, "sph", "stiff_density", fmax(least * mean, resolved));
-    double stiff = said(sim, "sph", "stiff_density", "density");
-    start_advise(sim, "gravity", "softening", cbrt(3 * neighbours * row / (32 * pi * stiff)));
+    const double row = 2 * clouds->mass / (double)n, mean = clouds->mass / (4 * pi / 3 * R * R * R);
+    double neighbours, stiff = barotrope_advise(sim, row, least * mean, &neighbours);
+    if (!isnan(stiff)) start_advise(sim, "gravity", "softening", cbrt(3 * neighbours * row / (32 * pi * stiff)));
 }
 
 static double norm(const double x[3]) { return sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]); }

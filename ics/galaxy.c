@@ -2,6 +2,7 @@
  * A disc galaxy (galaxy.h): halo and bulge by Eddington's inversion in the potential of all, the discs' mass spread
  * over spheres for that; the discs by moments in the potential of all. */
 #include "galaxy.h"
+#include "barotrope.h"
 #include "constants.h"
 #include "mem.h"
 #include "random.h"
@@ -12,28 +13,36 @@
 const char *const galaxy_names[GALAXY_PARTS] = {"dark", "bulge", "disc", "gas"};
 static const enum species_kind kinds[GALAXY_PARTS] = {DARK, STAR, STAR, GAS};
 
+/* The part of the rows that each part has, relative to the others; how many parts there are, and how many say it. */
+struct shares { double share[GALAXY_PARTS]; int parts, given; };
+
+static struct shares shares_of(const struct galaxy *galaxy)
+{
+    struct shares s = {{0}, 0, 0};
+    for (int k = 0; k < GALAXY_PARTS; k++) {
+        bool there = galaxy->mass[k] > 0 && !(k == GALAXY_DARK && galaxy->fixed);
+        s.parts += there;
+        s.given += there && !isnan(galaxy->share[k]);
+        s.share[k] = !there ? 0 : isnan(galaxy->share[k]) ? galaxy->mass[k] : galaxy->share[k];
+    }
+    return s;
+}
+
 /* How many rows each part has. */
 static bool share_rows(struct sim *sim, const struct galaxy *galaxy, int64_t n, int64_t count[GALAXY_PARTS])
 {
-    double share[GALAXY_PARTS];
-    int given = 0, parts = 0;
-    for (int k = 0; k < GALAXY_PARTS; k++) {
-        bool there = galaxy->mass[k] > 0 && !(k == GALAXY_DARK && galaxy->fixed);
-        parts += there;
-        given += there && !isnan(galaxy->share[k]);
-        share[k] = !there ? 0 : isnan(galaxy->share[k]) ? galaxy->mass[k] : galaxy->share[k];
-    }
-    if (given > 0 && given < parts) {
+    const struct shares s = shares_of(galaxy);
+    if (s.given > 0 && s.given < s.parts) {
         problems_add(&sim->problems, "start: give every part of the galaxy a share of the rows, or none");
         return false;
     }
-    if (parts == 0) {
+    if (s.parts == 0) {
         problems_add(&sim->problems, "start.dark_fixed: there is nothing but the halo: give a disc, gas or a bulge a mass");
         return false;
     }
-    rows_share(n, GALAXY_PARTS, share, count);
+    rows_share(n, GALAXY_PARTS, s.share, count);
     for (int k = 0; k < GALAXY_PARTS; k++)
-        if (share[k] > 0 && count[k] == 0) {
+        if (s.share[k] > 0 && count[k] == 0) {
             problems_add(&sim->problems, "start.n: too few rows for the %s to have one", galaxy_names[k]);
             return false;
         }
@@ -76,11 +85,16 @@ static double sound_speed(const struct sim *sim, const struct galaxy *galaxy)
     return sqrt(CONST_K_B * galaxy->temperature / (galaxy->mu * CONST_M_PROTON)) / sim->units.velocity;
 }
 
-void galaxy_advise(struct sim *sim, const struct galaxy *galaxy)
+void galaxy_advise(struct sim *sim, const struct galaxy *galaxy, int64_t n)
 {
+    const struct shares s = shares_of(galaxy);
+    double all = 0, neighbours;
     const char *eos = scene_value(sim->scene, "sph", "eos");
     if (galaxy->mass[GALAXY_GAS] > 0 && sim->units.physical && eos && strcmp(eos, "adiabatic") != 0)
         start_advise(sim, "sph", "sound_speed", sound_speed(sim, galaxy));
+    for (int k = 0; k < GALAXY_PARTS; k++) all += s.share[k];
+    if (s.share[GALAXY_GAS] > 0)
+        barotrope_advise(sim, galaxy->mass[GALAXY_GAS] / ((double)n * s.share[GALAXY_GAS] / all), 0, &neighbours);
     if (!galaxy->fixed) return;
     bool nfw = galaxy->form == RADIAL_NFW;
     start_advise(sim, "external", nfw ? "nfw_mass" : "hernquist_mass", galaxy->mass[GALAXY_DARK]);
@@ -142,8 +156,7 @@ static const struct param params[] = {GALAXY_PARAMS(one) {0}};
 
 static void advise(struct sim *sim, const void *state, int64_t n)
 {
-    (void)n;
-    galaxy_advise(sim, &((const struct one *)state)->galaxy);
+    galaxy_advise(sim, &((const struct one *)state)->galaxy, n);
 }
 
 static void galaxy_make(struct sim *sim, const void *state, int64_t n)

@@ -48,9 +48,9 @@ struct galaxy {
 enum { GALAXY_HOLES = GALAXY_PARTS, GALAXY_PIECES };
 struct galaxy_rows { struct rows part[GALAXY_PIECES]; double mass; };
 
-/* Gas without an energy equation has the speed of sound of its temperature, the block external the potential of a fixed
- * halo, unless the scene gives others. */
-void galaxy_advise(struct sim *sim, const struct galaxy *galaxy);
+/* Gas without an energy equation has the speed of sound of its temperature and resists where n rows of a galaxy no longer
+ * resolve its Jeans mass (barotrope.h); the block external has the potential of a fixed halo; unless the scene gives others. */
+void galaxy_advise(struct sim *sim, const struct galaxy *galaxy, int64_t n);
 /* Adds n rows, at rest about the origin, discs in the plane z = 0 and turning towards +z. `copy` tells the random numbers of
  * several galaxies apart. False and problems if the parameters do not make one. */
 bool galaxy_add(struct sim *sim, const struct galaxy *galaxy, int64_t n, int copy, struct galaxy_rows *made);

@@ -32,7 +32,7 @@ static void move(const struct galaxy_rows *rows, const double angle[2], const do
 
 static void advise(struct sim *sim, const void *state, int64_t n)
 {
-    galaxy_advise(sim, &((const struct merger *)state)->galaxy);
+    galaxy_advise(sim, &((const struct merger *)state)->galaxy, n / 2);
     start_advise(sim, "profiles", "split", (double)(n - n / 2));    /* ids of the first galaxy */
 }
 
