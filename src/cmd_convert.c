@@ -16,7 +16,7 @@
 #include <string.h>
 #include <unistd.h>
 
-static const char usage[] = "convert IN OUT.hdf5|OUT.gadget|OUT.gadget2|OUT.csv";
+static const char usage[] = "convert IN OUT.hdf5|OUT.gadget|OUT.gadget2|OUT.csv [--force] [--set start.strip_h=on]";
 
 static void set(struct scene *scene, struct problems *problems, const char *assignment)
 {
@@ -24,7 +24,7 @@ static void set(struct scene *scene, struct problems *problems, const char *assi
 }
 
 /* A scene that starts from the file, in the units of files; dimensionless if the file is. */
-static struct sim *sim_of(const char *in)
+static struct sim *sim_of(const char *in, const struct cmd_options *options)
 {
     struct problems problems = {0};
     struct scene *scene = scene_new(".");
@@ -34,6 +34,7 @@ static struct sim *sim_of(const char *in)
     set(scene, &problems, none ? "units={G: 1}" : "units={length: kpc, mass: 1e10 Msun, velocity: km/s}");
     set(scene, &problems, "start={}");
     set(scene, &problems, assignment);
+    for (int i = 0; i < options->n_set; i++) set(scene, &problems, options->set[i]);
     mem_free(assignment);
     mem_free(units);
     h5_close(file);
@@ -59,7 +60,7 @@ static void write_format(const struct format *format, const struct sim *sim, con
 static int convert_run(int argc, char **argv)
 {
     struct cmd_options options;
-    cmd_parse(&options, argc, argv, "force", usage);
+    cmd_parse(&options, argc, argv, "force set", usage);
     if (options.n_arguments != 2) fail(STATUS_INPUT, "usage: tephra %s", usage);
     const char *in = options.argument[0], *out = options.argument[1];
     const struct format *format = formats_of_name(out);
@@ -67,7 +68,7 @@ static int convert_run(int argc, char **argv)
         fail(STATUS_INPUT, "%s: its name tells no format: end it with .hdf5, .gadget (format 1), .gadget2 (format 2) or .csv", out);
     if (access(out, F_OK) == 0 && !options.force) fail(STATUS_INPUT, "%s exists already; --force writes over it", out);
     cmd_check_writable(out, "OUT");
-    struct sim *sim = sim_of(in);
+    struct sim *sim = sim_of(in, &options);
     start_file_need_all(sim, in);
     start_load(sim);
     problems_report(&sim->problems);

@@ -15,6 +15,9 @@ const struct param start_params[] = {
      false, offsetof(struct start, file)},
     {"n", PARAM_COUNT, "", "none", 1, 1e12, NULL, "total number of particles that the generator makes, exactly",
      false, offsetof(struct start, n)},
+    {"strip_h", PARAM_FLAG, "", "off", 0, 0, NULL,
+     "takes files of cosmological runs, their powers of h and of the scale factor multiplied out",
+     false, offsetof(struct start, strip_h)},
     {"seed", PARAM_COUNT, "", "1", 0, 9e15, NULL, "seed of all random numbers of the run",
      false, offsetof(struct start, seed)},
     {0}

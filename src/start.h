@@ -10,6 +10,7 @@ struct generator;
 struct start {
     char *generator, *file;
     int64_t n, seed;
+    bool strip_h;                   /* files of cosmological runs become physical (start_cosmology.h) */
     const struct generator *maker;  /* of that name; NULL when rows come from a file */
     void *maker_state;              /* filled from the generator's own parameters */
 };

@@ -8,6 +8,7 @@
 #include "log.h"
 #include "mem.h"
 #include "sort.h"
+#include "start_cosmology.h"
 #include <float.h>
 #include <inttypes.h>
 #include <math.h>
@@ -22,6 +23,7 @@ struct reader {
     struct h5 *file;
     const char *path;
     struct layout_unit unit;    /* of the file, over the scene's code unit */
+    struct start_cosmology cosmology;
     bool swift;
     int64_t with_kelvin;        /* gas rows whose u came from a temperature */
     uint64_t shift;             /* added to ids */
@@ -47,28 +49,6 @@ static const double swift_support = 1.825742;
 
 /* --- header --- */
 
-/* The attribute of whichever of the groups has it. */
-static bool header_number(struct h5 *file, const char *name, double *value)
-{
-    static const char *const groups[] = {"Units", "Parameters", "Header", "Cosmology"};
-    for (int g = 0; g < 4; g++)
-        if (h5_read_attr(file, groups[g], name, value, 1)) return true;
-    return false;
-}
-
-static void refuse_cosmology(struct reader *r)
-{
-    static const struct { const char *name; double allowed; } number[] = {
-        {"OmegaLambda", 0}, {"HubbleParam", 1}, {"ComovingIntegrationOn", 0}, {"Cosmological run", 0},
-        {"Scale-factor", 1}, {"Redshift", 0}};
-    for (size_t i = 0; i < sizeof number / sizeof *number; i++) {
-        double value;
-        if (header_number(r->file, number[i].name, &value) && value != number[i].allowed)
-            problems_add(&r->sim->problems, "%s is cosmological (%s = %g): only files with %s = %g can be read",
-                         r->path, number[i].name, value, number[i].name, number[i].allowed);
-    }
-}
-
 /* The file's units in cgs; false if it names none. */
 static bool named_units(struct reader *r)
 {
@@ -78,9 +58,9 @@ static bool named_units(struct reader *r)
     double v[3];
     bool named = true;
     r->swift = true;
-    for (int k = 0; k < 3; k++) r->swift = r->swift && header_number(r->file, swift[k], &v[k]);
+    for (int k = 0; k < 3; k++) r->swift = r->swift && start_header_number(r->file, swift[k], &v[k]);
     if (r->swift) v[2] = v[0] / v[2];
-    for (int k = 0; k < 3 && !r->swift; k++) named = named && header_number(r->file, gadget[k], &v[k]);
+    for (int k = 0; k < 3 && !r->swift; k++) named = named && start_header_number(r->file, gadget[k], &v[k]);
     for (int k = 0; k < 3 && named; k++)
         if (!(isfinite(v[k]) && v[k] > 0)) {
             problems_add(&r->sim->problems, "%s: its unit of %s is %g in cgs: must be above 0", r->path,
@@ -127,7 +107,8 @@ static void read_box(struct reader *r)
     if (!box_awaits_file(r->sim)) return;
     bool three = h5_read_attr(r->file, "Header", "BoxSize", size, 3);
     if (!three && !h5_read_attr(r->file, "Header", "BoxSize", size, 1)) return;
-    for (int k = 0; k < 3; k++) side[k] = size[three ? k : 0] * file_factor(r, "L");
+    const double factor = file_factor(r, "L") * start_cosmology_factor(&r->cosmology, r->file, NULL, "L");
+    for (int k = 0; k < 3; k++) side[k] = size[three ? k : 0] * factor;
     box_from_file(r->sim, side);
 }
 
@@ -144,10 +125,10 @@ static void read_header(struct reader *r)
     h5_read_attr(r->file, "Header", "MassTable", r->mass_table, LAYOUT_TYPES);
     for (int t = 0; t < LAYOUT_TYPES; t++) r->count[t] = -1;
     h5_read_attr(r->file, "Header", "NumPart_ThisFile", r->count, LAYOUT_TYPES);
-    refuse_cosmology(r);
+    r->cosmology = start_cosmology_read(r->sim, r->file, r->path);
     read_units(r);
-    double start = 0;
-    if (h5_read_attr(r->file, "Header", "Time", &start, 1)) r->sim->time.start = start * file_factor(r, "L V^-1");
+    double start = 0, factor = file_factor(r, "L V^-1") / r->cosmology.h;
+    if (!r->cosmology.comoving && h5_read_attr(r->file, "Header", "Time", &start, 1)) r->sim->time.start = start * factor;
     if (!isfinite(start))
         problems_add(&r->sim->problems, "%s: its Time is %g: correct the attribute of its Header", r->path, start);
     read_box(r);
@@ -204,7 +185,13 @@ static void read_column(const struct group *g, enum column column)
     char path[100];
     if (!find(g, info->file_name, path)) return;
     char *values = (char *)species_column(g->table, column) + (size_t)g->first * species_row_bytes(column);
-    double factor = column_is_element(column) ? 1 : file_factor(r, info->unit);
+    double factor = column_is_element(column) ? 1
+                  : file_factor(r, info->unit) * start_cosmology_factor(&r->cosmology, r->file, path, info->unit);
+    if (column == COLUMN_birth && r->cosmology.comoving) {
+        log_warning("%s: PartType%d/%s holds scale factors, which are not read: its stars count as born at time 0", r->path,
+                    g->type, info->file_name);
+        return;
+    }
     if (column == COLUMN_h) factor *= r->swift ? swift_support / 2 : 0.5;
     if (h5_read(r->file, path, info->element_bytes == 1 ? 'b' : info->kind, g->n, info->components, values))
         layout_scale(info->kind, values, g->n * info->components, factor);
@@ -216,7 +203,8 @@ static void fill_missing(const struct group *g)
     struct reader *r = g->reader;
     struct species *table = g->table;
     char path[100];
-    double mass = r->mass_table[g->type] * r->unit.mass, kelvin = layout_kelvin(r->sim);
+    double mass = r->mass_table[g->type] * r->unit.mass * start_cosmology_factor(&r->cosmology, r->file, NULL, "M");
+    double kelvin = layout_kelvin(r->sim);
     if (!find(g, "Masses", path)) {
         if (mass == 0)
             problems_add(&r->sim->problems, "%s: PartType%d has neither Masses nor an entry in MassTable",

@@ -94,6 +94,24 @@ if "$python" -c 'import h5py' 2>/dev/null; then
     done
 fi
 
+# Of cosmological runs at z = 1 with h = 1/2: refused with the remedy, or physical.
+if "$python" -c 'import h5py' 2>/dev/null; then
+    for code in comoving scaled swift-comoving; do
+        "$python" "$TEPHRA_SOURCE/tests/scenes/foreign_hdf5.py" $code $code.hdf5 || fail "foreign_hdf5.py $code"
+        refused $code.hdf5 'cosmological' 'start.strip_h'
+        expect_status 0 tephra convert $code.hdf5 $code.csv --set start.strip_h=on
+        expect_text 'scale factor 0.5, h' err
+        awk -F, 'function near(a, b) { return (a - b) * (a - b) <= 1e-12 * b * b }
+            NR > 1 { k = $2; if (!near($3, k) || !near($5, 3 * k) || !near($7, 20 * k) || !near($9, 0.5)) bad = 1
+                if (k <= 4 && !near($10, 100 * k)) bad = 1
+                if (k <= 4 && !near($11, ARGV[1] ~ /swift/ ? 0.7 * 1.825742 / 2 : 0.7)) bad = 1 }
+            END { exit bad || NR != 7 }' $code.csv || fail "$code: $(cat $code.csv)"
+    done
+    gadget2 write hubble.dat --h 0.5
+    expect_status 0 tephra convert hubble.dat hubble.csv --set start.strip_h=on
+    grep -q '^gas,99,2.5,-4,1,11,0.125,-3,3,1001' hubble.csv || fail "lengths and masses over h: $(cat hubble.csv)"
+fi
+
 # Refused.
 size=$(wc -c <g.dat)
 for bytes in 20 200 270 300 "$((size / 2))" "$((size - 50))" "$((size - 1))"; do
