@@ -50,6 +50,7 @@ with h5py.File(FILE) as f:
     if "OmegaLambda" in header or "HubbleParam" in header:
         print("FAIL: the file looks cosmological")
         wrong += 1
+    speed, reach = np.linalg.norm(gas["Velocities"][:], axis=1).max(), abs(gas["Coordinates"][:]).max()
     density, gas_temperature = gas["Density"][:].max(), gas["Temperature"][:].max()
 
 if importlib.util.find_spec("yt"):
@@ -61,6 +62,9 @@ if importlib.util.find_spec("yt"):
     near("yt: time", float(ds.current_time.to("s")), 1e-5 * GYR)
     near("yt: length", float(ds.length_unit.to("cm")), KPC)
     near("yt: density", float(all_data["gas", "density"].max().to("g/cm**3")), density * 1e10 * MSUN / KPC ** 3)
+    near("yt: velocity", float(all_data["PartType0", "particle_velocity_magnitude"].max().to("cm/s")), speed * 1e5)
+    near("yt: temperature", float(all_data["gas", "temperature"].max().to("K")), gas_temperature)
+    near("yt: radius", float(abs(all_data["PartType0", "Coordinates"]).max().to("cm")), reach * KPC)
     print("yt", yt.__version__)
 if importlib.util.find_spec("pynbody"):
     import pynbody
