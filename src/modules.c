@@ -10,7 +10,7 @@
     X(jeans) X(clumps) X(phases) X(phase_diagram) X(profiles) X(ranks) X(steps)
 
 #define GENERATORS(X) \
-    X(cloud_box) X(clouds) X(clumped) X(combine) X(dwarf) X(evrard) X(exchange_box) X(galaxy) X(kepler) X(medium) X(merger) X(noh) \
+    X(cloud_box) X(clouds) X(clumped) X(collapse) X(combine) X(dwarf) X(evrard) X(exchange_box) X(galaxy) X(kepler) X(medium) X(merger) X(noh) \
     X(plummer) X(sedov) X(spheres) X(ssp) X(tube) X(uniform) X(wave)
 
 #define COMMANDS(X) \

@@ -67,4 +67,24 @@ expect_status 0 tephra run "$TEPHRA_SOURCE/ics/merger.yml" --set start.n=2000 --
 column error merger/energy.csv | awk '$1 * $1 > 1e-6 { exit 1 }' || fail "the merger loses energy"
 expect_status 2 tephra check "$TEPHRA_SOURCE/ics/merger.yml" --set start.eccentricity=0.5; expect_text 'start.separation' err
 expect_status 2 tephra check "$TEPHRA_SOURCE/ics/disc.yml" --set start.gas_share=none; expect_text 'share' err
+# With four times the rows gas resists from sixteen times the density on, where a row's mass decides it (J1).
+for n in 16000 64000; do
+    expect_status 0 tephra check "$TEPHRA_SOURCE/ics/disc.yml" --set start.n=$n
+    sed -n 's/^sph.stiff_density = \([^ ]*\) .*/\1/p' err
+done >stiff
+awk 'NR == 1 { low = $1 } END { exit !(NR == 2 && ($1 / low - 16) ^ 2 < 1e-4) }' stiff || fail "stiff_density: $(cat stiff)"
+
+# A protogalaxy: second moments of an ellipsoid of rho ~ 1/s, A^2/6 and so on; the angular momentum by mass of lambda = 0.08,
+# 1630 kpc km/s by a quadrature of the energy; warm; no stars yet.
+expect_status 0 tephra run "$TEPHRA_SOURCE/ics/collapse.yml" --set start.n=4000 --set time.end='4 Myr' --set output.snapshot_every='4 Myr' \
+    --out collapse
+expect_status 0 tephra convert collapse/snapshot_000.hdf5 protogalaxy.csv
+awk -F, 'NR == 1 { for (i = 1; i <= NF; i++) { split($i, w, " "); c[w[1]] = i } next }
+    { n++; for (k = 0; k < 3; k++) s[k] += $(c["x"] + k) ^ 2; j += $c["x"] * $c["vy"] - $c["y"] * $c["vx"] }
+    END { a[0] = 100; a[1] = 75; a[2] = 50; for (k = 0; k < 3; k++) if ((6 * s[k] / n / a[k] ^ 2 - 1) ^ 2 > 1e-4) bad = 1
+          if ((j / n / 1630 - 1) ^ 2 > 1e-4 || bad) { print s[0] / n, s[1] / n, s[2] / n, j / n; exit 1 } }' protogalaxy.csv ||
+    fail "the protogalaxy is not what it should be"
+tephra info collapse/snapshot_000.hdf5 >out_text; expect_text 'Temperature .* 10000 ... 10000 ' out_text
+column error collapse/energy.csv | awk '$1 * $1 > 1e-6 { exit 1 }' || fail "the protogalaxy loses energy"
+expect_status 2 tephra check "$TEPHRA_SOURCE/ics/collapse.yml" --set external=off; expect_text 'potential of the block external' err
 finish
