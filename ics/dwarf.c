@@ -38,12 +38,25 @@ static const enum radial_form forms[PARTS] = {RADIAL_HERNQUIST, RADIAL_PLUMMER, 
 static const enum species_kind kinds[PARTS] = {DARK, GAS, CLOUD};
 static const char *const names[PARTS] = {"dwarf halo", "dwarf gas", "dwarf clouds"};
 
+/* By mass; rows of equal masses are centred already. */
+static void subtract_mean(struct rows rows, double (*x)[3])
+{
+    const double *mass = rows.table->mass;
+    double mean[3] = {0}, sum = 0;
+    for (int64_t i = rows.first; i < rows.first + rows.n; i++) {
+        sum += mass[i];
+        for (int k = 0; k < 3; k++) mean[k] += mass[i] * x[i][k];
+    }
+    for (int64_t i = rows.first; i < rows.first + rows.n; i++)
+        for (int k = 0; k < 3; k++) x[i][k] -= mean[k] / sum;
+}
+
 /* Masses from the spectrum, scaled to the given sum; then less speed, and with a chance that grows with the spin rows that turn
  * backwards turn forwards, which leaves the density as it is (Lynden-Bell 1960). */
 static void make_clouds(const struct dwarf *dwarf, struct rows rows, uint64_t seed)
 {
     struct species *s = rows.table;
-    double sum = 0, mean[3] = {0};
+    double sum = 0;
     for (int64_t i = rows.first; i < rows.first + rows.n; i++) {
         const struct random key = {seed, s->id[i], 0, random_stream("dwarf masses")};
         s->mass[i] = rows_mass(&dwarf->spectrum, random_uniform(&key, 0));
@@ -53,12 +66,9 @@ static void make_clouds(const struct dwarf *dwarf, struct rows rows, uint64_t se
             for (int k = 0; k < 2; k++) s->vel[i][k] = -s->vel[i][k];
         for (int k = 0; k < 3; k++) s->vel[i][k] *= sqrt(dwarf->virial);
     }
-    for (int64_t i = rows.first; i < rows.first + rows.n; i++) {
-        s->mass[i] *= dwarf->mass[DWARF_CLOUD] / sum;
-        for (int k = 0; k < 3; k++) mean[k] += s->mass[i] * s->vel[i][k] / dwarf->mass[DWARF_CLOUD];
-    }
-    for (int64_t i = rows.first; i < rows.first + rows.n; i++)
-        for (int k = 0; k < 3; k++) s->vel[i][k] -= mean[k];
+    for (int64_t i = rows.first; i < rows.first + rows.n; i++) s->mass[i] *= dwarf->mass[DWARF_CLOUD] / sum;
+    subtract_mean(rows, s->pos);
+    subtract_mean(rows, s->vel);
 }
 
 /* At r, the part `spin` of the circular speed, about z. */

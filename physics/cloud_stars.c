@@ -5,6 +5,7 @@
 #include "comm.h"
 #include "constants.h"
 #include "gravity/contact.h"
+#include "mem.h"
 #include "module.h"
 #include "random.h"
 #include "ranks.h"
@@ -18,7 +19,7 @@ enum tally { BIRTHS, TOO_LIGHT, N_TALLIES };
 struct cloud_stars {
     /* Parameters. */
     int trigger;
-    double wait, colliding, coupling, yield, most, constant, least, speed;
+    double wait, heavy, colliding, coupling, yield, most, constant, least, speed;
     /* State. */
     double formed, told, at;                /* mass of all stars formed, and at the last row of budget.csv with its time */
     double injected, bound, untold;         /* kinetic energy of fragments; fall of the potential energy; half-known part of it */
@@ -31,6 +32,9 @@ static const struct param params[] = {
      offsetof(struct cloud_stars, trigger)},
     {"wait", PARAM_REAL, "time", "200 Myr", 1e-300, 1e300, NULL, "clock: time in which a cloud forms no stars", true,
      offsetof(struct cloud_stars, wait)},
+    {"heavy", PARAM_REAL, "mass", "none", 0, 1e300, NULL,
+     "clock: clouds that become heavier form stars a free-fall time later, whatever their clock says; default: none", true,
+     offsetof(struct cloud_stars, heavy)},
     {"colliding", PARAM_REAL, "mass", "1e5 Msun", 0, 1e300, NULL, "collision: least mass of what two clouds become", true,
      offsetof(struct cloud_stars, colliding)},
     {"efficiency", PARAM_REAL, "", "none", 1e-6, 0.99, NULL,
@@ -56,14 +60,29 @@ static const struct saved saved[] = {SAVED(formed), SAVED(told), SAVED(at), SAVE
 
 static const char *const requires[] = {"clouds", NULL};
 
-/* With a constant efficiency these do nothing. */
+/* Whether the scene gives a key another value than its default. */
+static bool differs(const struct sim *sim, const char *key, double value)
+{
+    const struct param *param = params;
+    double fallback = NAN;
+    while (strcmp(param->name, key) != 0) param++;
+    if (strcmp(param->fallback, "none") == 0) return !isnan(value);
+    mem_free(units_parse(&sim->units, param->fallback, param->unit, &fallback));
+    return fabs(value - fallback) > 1e-9 * fabs(fallback);
+}
+
+/* Keys that do nothing beside others. */
 static void check_meaning(struct sim *sim, const struct cloud_stars *cs)
 {
-    static const char *const key[] = {"coupling", "most"};
-    for (int k = 0; k < 2 && !isnan(cs->constant); k++)
-        if (param_chosen(sim->scene, "cloud_stars", params, key[k]))
-            problems_add(&sim->problems, "%s: cloud_stars.%s has a meaning only without cloud_stars.efficiency",
-                         scene_place(sim->scene, "cloud_stars", key[k]), key[k]);
+    const bool clock = cs->trigger == CLOCK, own = isnan(cs->constant);
+    const struct { const char *key; double value; bool means; const char *needs; } table[] = {
+        {"wait", cs->wait, clock, "trigger: clock"}, {"heavy", cs->heavy, clock, "trigger: clock"},
+        {"colliding", cs->colliding, !clock, "trigger: collision"}, {"coupling", cs->coupling, own, "no efficiency"},
+        {"yield", cs->yield, own, "no efficiency"}, {"most", cs->most, own, "no efficiency"}};
+    for (size_t k = 0; k < sizeof table / sizeof *table; k++)
+        if (!table[k].means && differs(sim, table[k].key, table[k].value))
+            problems_add(&sim->problems, "%s: cloud_stars.%s has a meaning only with %s",
+                         scene_place(sim->scene, "cloud_stars", table[k].key), table[k].key, table[k].needs);
 }
 
 static void declare(struct sim *sim, void *state)
@@ -108,6 +127,8 @@ static void joined(struct sim *sim, int32_t kept, int32_t taken)
     double *ready = &cloud->ready[kept];
     if (cs->trigger == CLOCK) *ready = (a * first + b * second) / (a + b);
     else *ready = fmin(first, second);
+    if (a > cs->heavy) *ready = fmin(*ready, first);
+    if (b > cs->heavy) *ready = fmin(*ready, second);
     if (cs->trigger == COLLISION && a + b >= cs->colliding)
         *ready = fmin(*ready, timeline_now(&sim->time) + free_fall_time(sim, a + b));
 }
@@ -195,13 +216,15 @@ static void make_star(struct sim *sim, int64_t row, double mass, double advance)
     share_elements(sim, STAR, to, row, mass / cloud->mass[row]);
 }
 
-/* The cloud itself becomes the first fragment, which keeps its id. */
+/* The cloud itself becomes the first fragment, which keeps its id, or, where its children would not be told apart any more, takes
+ * that of a child. */
 static void fly_apart(struct sim *sim, const struct cloud_stars *cs, int64_t row, const struct gravity_piece *fragment,
                       const double corner[FRAGMENTS][3])
 {
     const int64_t first = ranks_append(sim, CLOUD, FRAGMENTS - 1);
     struct species *cloud = &sim->species[CLOUD];
     const double part = fragment->mass / cloud->mass[row];
+    if (cloud->rested) cloud->rested[row] = -INFINITY;
     share_elements(sim, CLOUD, row, row, part);
     cloud->ready[row] = next_time(sim, cs);
     for (int f = FRAGMENTS - 1; f >= 0; f--) {
@@ -218,6 +241,10 @@ static void fly_apart(struct sim *sim, const struct cloud_stars *cs, int64_t row
         cloud->mass[to] = fragment[f].mass;
         memcpy(cloud->pos[to], fragment[f].pos, sizeof cloud->pos[to]);
         for (int k = 0; k < 3; k++) cloud->vel[to][k] += cs->speed * corner[f][k];
+    }
+    if (cloud->children[row] > UINT8_MAX - PRODUCTS) {
+        cloud->id[row] = species_heir(cloud->id[row], ++cloud->children[row]);
+        cloud->children[row] = 0;
     }
 }
 
@@ -255,8 +282,9 @@ static void event(struct sim *sim, void *state)
     ranks_share(sim, keep);
     for (int64_t e = 0; e < cloud->n_ending; e++) {
         const int64_t i = cloud->ending[e];
-        if (species_gone(cloud, i) || cloud->children[i] > UINT8_MAX - PRODUCTS) continue;
+        if (species_gone(cloud, i)) continue;
         cloud->ready[i] = ready_of(sim, cs, i);
+        if (cloud->mass[i] > cs->heavy) cloud->ready[i] = fmin(cloud->ready[i], now + free_fall_time(sim, cloud->mass[i]));
         if (cloud->ready[i] > now) continue;
         const double mass = part_of_stars(sim, cs, cloud->mass[i]) * cloud->mass[i];
         if (mass >= cs->least) {

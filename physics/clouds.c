@@ -23,7 +23,7 @@ struct clouds {
     /* Parameters. */
     int variant, coagulation;
     struct cloud_size size;
-    double restitution, most, crossing;
+    double restitution, most, crossing, rest;
     struct viscosity viscosity;
     /* State. */
     double years;                           /* code unit of time */
@@ -52,6 +52,9 @@ static const struct param params[] = {
      offsetof(struct clouds, coagulation)},
     {"most", PARAM_REAL, "mass", "1e7 Msun", 1e-300, 1e300, NULL, "sticky: no coagulation above this mass", true,
      offsetof(struct clouds, most)},
+    {"rest", PARAM_REAL, "", "0", 0, 1000, NULL,
+     "sticky: after a bounce a cloud passes through others for this many crossing times sqrt(h^3/(G m))",
+     false, offsetof(struct clouds, rest)},
     {"alpha", PARAM_REAL, "", "1", 0, 100, NULL, "viscous: linear term", true, offsetof(struct clouds, viscosity.alpha)},
     {"beta", PARAM_REAL, "", "2", 0, 100, NULL, "viscous: quadratic term", true, offsetof(struct clouds, viscosity.beta)},
     {"sound", PARAM_REAL, "velocity", "7 km/s", 0, 1e300, NULL, "viscous: speed of sound among clouds", true,
@@ -80,6 +83,7 @@ static void declare(struct sim *sim, void *state)
 {
     struct clouds *clouds = state;
     sim->species[CLOUD].shrinks = true;
+    if (clouds->rest > 0) species_need(&sim->species[CLOUD], COLUMN_rested);
     clouds->size.suns = sim->units.mass / CONST_M_SUN;
     if (!sim->units.physical) problems_add(&sim->problems, "clouds needs physical units: this scene is dimensionless");
 }
@@ -171,8 +175,16 @@ static void coagulate(const struct context *c, struct party *a, struct party *b,
     clouds->count[COAGULATIONS]++;
 }
 
-/* Pairs that are bound but would be too heavy as one bounce without loss: with one they would come to rest on each other and
- * bounce endlessly. */
+/* A bounce lasts as long as it takes to cross a cloud: until then it meets nobody else. */
+static void rest(const struct context *c, struct party *party, double time)
+{
+    const struct body *body = &party->body;
+    if (c->clouds->rest > 0)
+        party->rested = time + c->clouds->rest * sqrt(pow(body->radius, 3) / (c->sim->units.G * body->mass));
+}
+
+/* Pairs that are bound but would be too heavy as one bounce without loss, unless clouds rest after a bounce: with one they would
+ * come to rest on each other and bounce endlessly. */
 static bool meet(void *data, struct party *a, struct party *b, const double shift[3], double time)
 {
     const struct context *c = data;
@@ -180,9 +192,15 @@ static bool meet(void *data, struct party *a, struct party *b, const double shif
     bool small = a->body.mass + b->body.mass <= clouds->most, can = !(isinf(a->span) && isinf(b->span));
     bool sticks = clouds->coagulation == ALWAYS ||
                   (clouds->coagulation == BOUND && collide_bound(c->sim->units.G, &a->body, &b->body));
-    const double left = sticks && !small ? 1 : clouds->restitution;
-    if (sticks && small && can) coagulate(c, a, b, shift);
-    else if (!collide_bounce(&a->body, &b->body, shift, left, time, &clouds->radiated)) return false;
+    const double left = sticks && !small && !(clouds->rest > 0) ? 1 : clouds->restitution;
+    if (sticks && small && can) {
+        coagulate(c, a, b, shift);
+    } else {
+        if (time < a->rested || time < b->rested) return false;
+        if (!collide_bounce(&a->body, &b->body, shift, left, time, &clouds->radiated)) return false;
+        rest(c, a, time);
+        rest(c, b, time);
+    }
     clouds->count[COLLISIONS]++;
     return true;
 }
@@ -241,6 +259,7 @@ static void write_back(const struct context *c)
         }
         for (int k = 0; k < 3; k++) cloud->acc[party->row][k] = (float)party->body.acc[k];
         cloud->mass[party->row] = party->body.mass;
+        if (cloud->rested) cloud->rested[party->row] = timeline_now(&sim->time) + party->rested;
         if (isinf(party->span)) sleeping[asleep++] = party->row;
     }
     for (int32_t p = 0; p < c->all->n; p++)

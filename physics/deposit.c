@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * What gas rows become when they are given something (deposit.h). */
 #include "deposit.h"
+#include "gravity/contact.h"
 #include "mem.h"
 #include "sph/kernel.h"
 #include "sph/sph.h"
@@ -27,6 +28,29 @@ void deposit_shares(const struct sim *sim, const struct nearest *nearest, double
         sum += share[k];
     }
     for (int k = 0; k < nearest->n; k++) share[k] = sum > 0 ? share[k] / sum : 1.0 / nearest->n;
+}
+
+static double potential_of(const struct sim *sim, enum species_kind kind, int64_t row)
+{
+    struct gravity_piece piece = {.kind = kind, .mass = 1};
+    sim_predict(&sim->time, &sim->species[kind], row, piece.pos);
+    return gravity_field(sim, &piece, 1, kind, (const int64_t[2]){row, -1});
+}
+
+double deposit_rise(const struct sim *sim, const struct nearest *nearest, enum species_kind kind, int64_t row, double mass,
+                    const struct random *key)
+{
+    enum { PROBES = 2 };
+    double share[NEAREST_MOST], there = 0;
+    if (!sim_state(sim, "gravity") || mass == 0) return 0;
+    deposit_shares(sim, nearest, share);
+    for (int p = 0; p < PROBES; p++) {
+        double left = random_uniform(key, (uint64_t)(NEAREST_MOST + 1 + p));
+        int k = 0;
+        for (; k < nearest->n - 1 && left > share[k]; k++) left -= share[k];
+        there += potential_of(sim, GAS, nearest->row[k]) / PROBES;
+    }
+    return mass * (there - potential_of(sim, kind, row));
 }
 
 void deposit_velocity(const struct sim *sim, int32_t j, double vel[3])

@@ -15,12 +15,12 @@
 #include <string.h>
 
 enum branches { SMOOTH, SHARP, NONE };
-enum ledger { CONDENSED, EVAPORATED, DISSOLVED, MERGED, SPLIT, N_LEDGERS };
+enum ledger { CONDENSED, EVAPORATED, DISSOLVED, MERGED, SPLIT, CUT, N_LEDGERS };
 
 struct exchange {
     /* Parameters. */
     int branches;
-    double drag, part, temperature, least, light, heavy, change, transition, every;
+    double drag, part, temperature, coldest, least, light, heavy, change, transition, every;
     int64_t neighbours;
     /* State. */
     struct conduction law;
@@ -33,6 +33,7 @@ struct exchange {
     double radiated, brought, heat;         /* energy of gas that condensed; of clouds that evaporated; heat of the drag */
     double sum[N_LEDGERS], told[N_LEDGERS], at;
     double formed;                          /* mass of gas that became clouds */
+    double lifted;                          /* fall of the potential energy of what went from clouds to gas and back */
     float *longest;                         /* step of rows whose step ends */
     int64_t rows;
 };
@@ -44,6 +45,8 @@ static const struct param params[] = {
      offsetof(struct exchange, branches)},
     {"part", PARAM_REAL, "", "1", 1e-6, 1, NULL, "of the conductivity that magnetic fields leave", true,
      offsetof(struct exchange, part)},
+    {"coldest", PARAM_REAL, "temperature", "0 K", 0, 1e12, NULL,
+     "gas that is colder does not condense (below 1e5 K nothing evaporates in any case)", true, offsetof(struct exchange, coldest)},
     {"temperature", PARAM_REAL, "temperature", "100 K", 1, 1e5, NULL, "of clouds", true, offsetof(struct exchange, temperature)},
     {"least", PARAM_REAL, "mass", "100 Msun", 0, 1e300, NULL, "clouds of less mass dissolve", true, offsetof(struct exchange, least)},
     {"neighbours", PARAM_COUNT, "", "50", 1, NEAREST_MOST, NULL, "gas rows that a cloud exchanges with", true,
@@ -65,7 +68,7 @@ static const struct param params[] = {
 
 #define SAVED(field) {#field, offsetof(struct exchange, field), sizeof((struct exchange *)0)->field}
 static const struct saved saved[] = {SAVED(gas_mass), SAVED(radiated), SAVED(brought), SAVED(heat), SAVED(sum), SAVED(told),
-                                     SAVED(at), SAVED(formed), {0}};
+                                     SAVED(at), SAVED(formed), SAVED(lifted), {0}};
 #undef SAVED
 
 static const char *const requires[] = {"sph", "clouds", NULL};
@@ -172,12 +175,20 @@ static void drag(struct sim *sim, struct exchange *x, int32_t row, const struct 
     x->heat += heat;
 }
 
+/* Of a mass that goes from a cloud to the gas. */
+static void lift(struct sim *sim, struct exchange *x, int32_t row, const struct bath *bath, double mass)
+{
+    const struct random key = {sim->seed, sim->species[CLOUD].id[row], (uint64_t)sim->time.tick, random_stream("lift")};
+    x->lifted -= deposit_rise(sim, &bath->nearest, CLOUD, row, mass, &key);
+}
+
 static void condense(struct sim *sim, struct exchange *x, int32_t row, const struct bath *bath, double mass)
 {
     struct species *cloud = &sim->species[CLOUD];
     struct deposit drawn;
     const double old = cloud->mass[row], whole = old + mass;
     double before = 0, after = 0;
+    lift(sim, x, row, bath, -mass);
     deposit_withdraw(sim, &bath->nearest, mass, &drawn);
     for (int k = 0; k < 3; k++) {
         before += 0.5 * old * cloud->vel[row][k] * cloud->vel[row][k];
@@ -198,6 +209,7 @@ static void evaporate(struct sim *sim, struct exchange *x, int32_t row, const st
     struct species *cloud = &sim->species[CLOUD];
     struct deposit deposit = {.mass = mass, .energy = mass * x->u_cloud};
     double part = mass / cloud->mass[row];
+    lift(sim, x, row, bath, mass);
     memcpy(deposit.pos, cloud->pos[row], sizeof deposit.pos);
     memcpy(deposit.vel, cloud->vel[row], sizeof deposit.vel);
     for (int c = FIRST_ELEMENT; c < END_ELEMENTS; c++) {
@@ -217,10 +229,15 @@ static void conduct(struct sim *sim, struct exchange *x, int32_t row, const stru
     const double m = cloud->mass[row], hot = 0.61, cold = 2;
     struct conduction_zones z = {m * x->suns, bath->mass * x->suns, bath->u * x->kelvin, bath->rho * x->particles,
                                  x->temperature * hot / cold};
-    double rate = conduction_rate(&x->law, z.T, z.n, z.cloud) / x->suns * x->years;
-    x->longest[row] = (float)(x->change * bath->most / fabs(rate));
-    conduction_zones(&x->law, &z, dt * x->years);
-    double gain = fmin(z.cloud / x->suns - m, x->change * bath->most);
+    double gain = 0;
+    if (z.T >= x->coldest) {
+        const double most = x->change * bath->most, rate = conduction_rate(&x->law, z.T, z.n, z.cloud) / x->suns * x->years;
+        x->longest[row] = (float)(most / fabs(rate));
+        conduction_zones(&x->law, &z, dt * x->years);
+        gain = z.cloud / x->suns - m;
+        x->sum[CUT] += fmax(gain - most, 0);
+        gain = fmin(gain, most);
+    }
     if (gain > 0) condense(sim, x, row, bath, gain);
     bool dissolves = m + gain < x->least;
     if (!dissolves && gain < 0) evaporate(sim, x, row, bath, -gain);
@@ -413,7 +430,7 @@ static void energy(struct sim *sim, void *state, struct energy_sink *sink)
 {
     const struct exchange *x = state;
     const double one = comm_rank() == 0;
-    (void)sim;
+    if (sim_state(sim, "gravity")) sink->add(sink, "booked_exchange_lifted", one * x->lifted);
     sink->add(sink, "radiated_condensed", one * x->radiated);
     sink->add(sink, "booked_clouds_heat", -one * x->brought);
 }
@@ -436,6 +453,7 @@ static void budget(struct sim *sim, void *state, struct energy_sink *sink)
         snprintf(name, sizeof name, "%s [1]", number[c]);
         sink->add(sink, name, one * x->sum[DISSOLVED + c]);
     }
+    sink->add(sink, "condensation_cut [Msun]", one * x->sum[CUT] * x->suns);
     sink->add(sink, "drag_heat [erg]", one * x->heat * units_cgs(&sim->units, "energy"));
     if (!isnan(x->transition)) sink->add(sink, "gas_to_clouds [Msun]", one * x->formed * x->suns);
     memcpy(x->told, x->sum, sizeof x->told);

@@ -41,6 +41,7 @@ struct feedback {
     double injected[N_POPULATION_CAUSES], returned[N_POPULATION_CAUSES], events[N_POPULATION_CAUSES];
     double told[N_POPULATION_CAUSES], at;
     double made[N_ELEMENTS];                    /* masses of elements made in stars */
+    double lifted;                              /* fall of the potential energy of what went from stars to gas */
     int64_t unpaid;                             /* times that a star found no gas */
 };
 
@@ -100,7 +101,8 @@ static const struct param params[] = {
 };
 
 #define SAVED(field) {#field, offsetof(struct feedback, field), sizeof((struct feedback *)0)->field}
-static const struct saved saved[] = {SAVED(injected), SAVED(returned), SAVED(events), SAVED(told), SAVED(at), SAVED(made), {0}};
+static const struct saved saved[] = {SAVED(injected), SAVED(returned), SAVED(events), SAVED(told), SAVED(at), SAVED(made),
+                                     SAVED(lifted), {0}};
 #undef SAVED
 
 static const char *const requires[] = {"sph", NULL};
@@ -327,6 +329,7 @@ static void pay(struct sim *sim, struct feedback *feedback, int64_t i, const str
                      (unsigned long long)star->id[i]);
         return;
     }
+    feedback->lifted -= deposit_rise(sim, &due->nearest, STAR, i, due->mass, &deposit.key);
     memcpy(deposit.pos, star->pos[i], sizeof deposit.pos);
     memcpy(deposit.vel, star->vel[i], sizeof deposit.vel);
     for (int e = 0; e < N_ELEMENTS; e++) {
@@ -406,7 +409,7 @@ static int told_causes(const struct feedback *feedback)
 static void energy(struct sim *sim, void *state, struct energy_sink *sink)
 {
     const struct feedback *feedback = state;
-    (void)sim;
+    if (sim_state(sim, "gravity")) sink->add(sink, "booked_returned_lifted", comm_rank() == 0 ? feedback->lifted : 0);
     for (int c = 0; c < told_causes(feedback); c++) {
         char name[32];
         snprintf(name, sizeof name, "injected_%s", population_cause_names[c]);

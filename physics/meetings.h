@@ -15,6 +15,7 @@ struct party {
     int version;            /* how often it has met another */
     double span;            /* length of the step that ends now; INFINITY: its step goes on */
     int32_t joined;         /* the party that took it in; -1: none */
+    double rested;          /* time, relative to now, from which on it may bounce */
 };
 
 /* Two of them that may meet, a < b, and what makes b's image the nearest one. */

@@ -3,18 +3,6 @@
 #include "nearest.h"
 #include <math.h>
 
-double nearest_gap2(const struct sim *sim, const struct node *node, const double pos[3])
-{
-    double sum = 0;
-    for (int k = 0; k < 3; k++) {
-        double low = node->pos[k] + (double)node->low[k], high = node->pos[k] + (double)node->high[k];
-        double centre = 0.5 * (low + high) - pos[k], half = 0.5 * (high - low);
-        double gap = fmax(fabs(centre + box_shift(&sim->box, k, centre)) - half, 0);
-        sum += gap * gap;
-    }
-    return sum;
-}
-
 static void insert(struct nearest *nearest, int count, int32_t row, double r2)
 {
     int at = nearest->n < count ? nearest->n++ : count - 1;

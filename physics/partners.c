@@ -104,7 +104,9 @@ static void join(struct gathering *g, int32_t row, double span)
 {
     struct partners *all = g->all;
     if (g->index[row] > 0) return;
-    all->party[all->n] = (struct party){partners_body(g->sim, g->size, row), g->sim->species[CLOUD].id[row], row, 0, span, -1};
+    const struct species *cloud = &g->sim->species[CLOUD];
+    const double rested = cloud->rested ? cloud->rested[row] - timeline_now(&g->sim->time) : -INFINITY;
+    all->party[all->n] = (struct party){partners_body(g->sim, g->size, row), cloud->id[row], row, 0, span, -1, rested};
     g->index[row] = ++all->n;
 }
 

@@ -9,7 +9,10 @@
 /* Radius of a cloud: `radius` at 1e6 Msun, ~ mass^power; suns: a code unit of mass in Msun. */
 struct cloud_size { double radius, power, suns; };
 static inline double cloud_radius(const struct cloud_size *size, double mass)
-{ return size->radius * pow(mass * size->suns / 1e6, size->power); }
+{
+    const double x = mass * size->suns / 1e6;
+    return size->radius * (size->power == 0.5 ? sqrt(x) : pow(x, size->power));
+}
 
 /* State now of a cloud row, its radius included. */
 struct body partners_body(const struct sim *sim, const struct cloud_size *size, int32_t row);

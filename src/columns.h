@@ -44,6 +44,7 @@
     COLUMN(children, uint8_t,     , KEEP, "1",        "Children",        "rows that this one has given birth to") \
     COLUMN(collapse, float,       , KEEP, "L V^-1",   "",                "time for which the gas has been collapsing, or has waited for a draw") \
     COLUMN(ready,    double,      , KEEP, "L V^-1",   "",                "time at which a cloud forms its next stars; 0: not known yet") \
+    COLUMN(rested,   double,      , KEEP, "L V^-1",   "",                "time from which on a cloud that has bounced may do so again") \
     COLUMN(advance,  double,      , KEEP, "M V^2",    "",                "energy that its cloud has had of what a star's supernovae yield") \
     COLUMN(acc_exact,double,   [3], KEEP, "V^2 L^-1", "",                "acceleration at the row's own time, in double, for Hermite's schemes") \
     COLUMN(jerk,     double,   [3], KEEP, "V^3 L^-2", "",                "its first derivative in time") \

@@ -17,7 +17,7 @@ static struct sim *new_sim(const char *const *set)
 {
     const char *const fixed[] = {"units={length: pc, mass: Msun, velocity: km/s}", "box={x: 20 kpc, y: 20 kpc, z: 20 kpc}",
                                  "start={generator: cloud_box, n: 20, mass: 1e6 Msun, dispersion: 0}", "time={end: 21 Myr}",
-                                 "output={snapshot_every: 1 Myr}", "clouds={coagulation: never}", "cloud_stars={wait: 10 Myr}", NULL};
+                                 "output={snapshot_every: 1 Myr}", "clouds={coagulation: never}", "cloud_stars={}", NULL};
     return scene_case_make(fixed, set);
 }
 
@@ -71,7 +71,7 @@ static void until_birth(struct sim *sim, double before[N_SUMS], double after[N_S
 static void test_birth(void **unused)
 {
     (void)unused;
-    struct sim *sim = new_sim((const char *const[]){"start.n=1", "sph={}", "feedback={metallicity: 0.01}", NULL});
+    struct sim *sim = new_sim((const char *const[]){"start.n=1", "sph={}", "feedback={metallicity: 0.01}", "cloud_stars.wait=10 Myr", NULL});
     const struct species *star = &sim->species[STAR], *cloud = &sim->species[CLOUD];
     double before[N_SUMS], after[N_SUMS];
     until_birth(sim, before, after);
@@ -100,7 +100,7 @@ static void test_birth(void **unused)
 static void test_decay(void **unused)
 {
     (void)unused;
-    struct sim *sim = new_sim((const char *const[]){"cloud_stars.efficiency=0.1", "cloud_stars.least=0", NULL});
+    struct sim *sim = new_sim((const char *const[]){"cloud_stars.efficiency=0.1", "cloud_stars.least=0", "cloud_stars.wait=10 Myr", NULL});
     const struct species *cloud = &sim->species[CLOUD];
     double early = 0;
     for (bool go = true; go;) {

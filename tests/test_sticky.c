@@ -147,7 +147,7 @@ static void test_three(void **unused)
         for (int k = 0; k < 3; k++) {
             int who = (k + turn) % 3;       /* at the step's start at x = 0, 3, 6; the first with speed 5 */
             party[k] = (struct party){{1, 0.5, {3 * who + (who == 0 ? 10 : 0), 0, 0}, {who == 0 ? 5 : 0, 0, 0}, {0}},
-                                      (uint64_t)who + 1, k, 0, 2, -1};
+                                      (uint64_t)who + 1, k, 0, 2, -1, -INFINITY};
         }
         n_met = 0;
         assert_int_equal(meetings_run(party, 3, couple, 3, &rule), 0);
@@ -167,8 +167,8 @@ static void test_tie(void **unused)
     (void)unused;
     const struct meetings_rule rule = {bounce_all, NULL};
     const struct couple couple[2] = {{0, 1, {0}}, {1, 2, {0}}};
-    struct party party[3] = {{{1, 0.5, {1, 0, 0}, {1, 0, 0}, {0}}, 30, 0, 0, 2, -1}, {{1, 0.5, {0, 0, 0}, {0}, {0}}, 20, 1, 0, 2, -1},
-                             {{1, 0.5, {-1, 0, 0}, {-1, 0, 0}, {0}}, 10, 2, 0, 2, -1}};
+    struct party party[3] = {{{1, 0.5, {1, 0, 0}, {1, 0, 0}, {0}}, 30, 0, 0, 2, -1, -INFINITY}, {{1, 0.5, {0, 0, 0}, {0}, {0}}, 20, 1, 0, 2, -1, -INFINITY},
+                             {{1, 0.5, {-1, 0, 0}, {-1, 0, 0}, {0}}, 10, 2, 0, 2, -1, -INFINITY}};
     n_met = 0;
     meetings_run(party, 3, couple, 2, &rule);
     assert_true(n_met >= 2 && met_order[0][0] + met_order[0][1] == 30);
