@@ -24,6 +24,10 @@ if command -v mpirun >/dev/null && ! tephra --version | grep -q 'MPI *no'; then
 fi
 awk -v b="$(last one/budget.csv cloud_births)" -v c="$(last one/budget.csv cloud_coagulations)" 'BEGIN { exit !(b > 10 && c > 5) }' ||
     fail "too little happened: $(tail -n 1 one/budget.csv)"
+# The spectrum at a snapshot holds every cloud and all of their mass (1e10 Msun a unit of energy.csv).
+awk -F, -v n="$(last one/budget.csv clouds)" -v m="$(last one/energy.csv mass_cloud)" 'NR > 1 { number += $3; mass += $4; bad += $4 < $1 * $3 || $4 > $2 * $3 }
+    END { d = mass / (m * 1e10) - 1; exit bad || number != n || d > 1e-6 || d < -1e-6 }' one/cloud_masses_001.csv ||
+    fail "spectrum: $(cat one/cloud_masses_001.csv)"
 # Mass to 1e-12; energy to 1 % of the largest kinetic one; elements to 1e-10 of what was there and has been made.
 awk -F, 'NR == 1 { for (i = 1; i <= NF; i++) { n = $i; sub(/ .*/, "", n); at[n] = i } }
     NR > 1 { mass = 0; for (n in at) if (n ~ /^mass_/) mass += $at[n]

@@ -45,6 +45,10 @@ awk -v n="$(last heap/budget.csv cloud_coagulations)" 'BEGIN { exit !(n > 500) }
 awk -F, 'NR == 1 { for (i = 1; i <= NF; i++) if ($i == "error") at = i }
     NR > 1 && ($at > 0.005 || $at < -0.005) { exit bad = 1 } END { exit bad }' heap/energy.csv || fail "energy of a heap of clouds"
 
+# Heaps that do not coagulate bounce endlessly, unless clouds rest after a bounce.
+expect_status 0 tephra run heap.yml --set clouds.coagulation=never --set clouds.rest=1 --out rests
+awk -v n="$(last rests/budget.csv cloud_collisions)" 'BEGIN { exit !(n > 1000 && n < 20000) }' || fail "heap that rests: $(tail -n 1 rests/budget.csv)"
+
 # Said and refused.
 expect_status 0 tephra check "$scene" --set "box.x=500 pc" --set "box.y=500 pc" --set "box.z=500 pc"
 expect_text 'clouds fill' err

@@ -147,6 +147,43 @@ static void test_collision(void **unused)
     sim_free(sim);
 }
 
+/* Clouds heavier than `heavy` do not wait: a free-fall time, 10.4 Myr at 1e7 Msun. */
+static void test_heavy(void **unused)
+{
+    (void)unused;
+    const char *const set[] = {"start.mass=1e7 Msun", "cloud_stars.wait=1e4 Myr", "cloud_stars.heavy=5e6 Msun", "time.end=12 Myr", NULL};
+    struct sim *sim = new_sim(set);
+    const struct species *cloud = &sim->species[CLOUD], *star = &sim->species[STAR];
+    const double myr = units_cgs(&sim->units, "time") / CONST_YEAR / 1e6;
+    double first = 0;
+    while (sim->time.tick < sim->time.tick_end || !sim->started) {
+        assert_true(run_step(sim, HOOK_LIMIT));
+        if (star->n > 0 && first == 0) first = timeline_now(&sim->time) * myr;
+    }
+    assert_true(first > 10.4 && first < 12);
+    assert_true(star->n >= 19 && star->n <= 21 && cloud->n == 20 + 3 * star->n);   /* a clock may have run out by itself */
+    sim_free(sim);
+}
+
+/* A cloud whose children use up the numbers goes on under another id. */
+static void test_long_line(void **unused)
+{
+    (void)unused;
+    struct sim *sim = new_sim((const char *const[]){"start.n=1", "cloud_stars.wait=0.5 Myr", "cloud_stars.efficiency=1e-3",
+                              "cloud_stars.least=0", "time.end=2.5 Myr", "output.snapshot_every=0.125 Myr", NULL});
+    const struct species *cloud = &sim->species[CLOUD], *star = &sim->species[STAR];
+    sim->species[CLOUD].children[0] = UINT8_MAX - 9;
+    while (sim->time.tick < sim->time.tick_end || !sim->started) assert_true(run_step(sim, HOOK_LIMIT));
+    assert_true(star->n > 300);         /* 1 + 4 + 16 + 64 + 256 */
+    for (int64_t a = 0; a < cloud->n; a++)
+        for (int64_t b = 0; b < a; b++) assert_true(cloud->id[a] != cloud->id[b]);
+    for (int64_t a = 0; a < star->n; a++) {
+        for (int64_t b = 0; b < a; b++) assert_true(star->id[a] != star->id[b]);
+        for (int64_t b = 0; b < cloud->n; b++) assert_true(star->id[a] != cloud->id[b]);
+    }
+    sim_free(sim);
+}
+
 /* Families without end: no two ids alike in six generations of four. */
 static void test_ids(void **unused)
 {
@@ -169,6 +206,6 @@ int main(void)
 {
     log_silence(true);
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_birth), cmocka_unit_test(test_decay), cmocka_unit_test(test_collision),
-                                       cmocka_unit_test(test_ids)};
+                                       cmocka_unit_test(test_ids), cmocka_unit_test(test_heavy), cmocka_unit_test(test_long_line)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

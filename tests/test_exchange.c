@@ -99,6 +99,42 @@ static void test_conserves(void **unused)
                                    "start.speed=50 km/s", NULL}, "gas_to_clouds");
 }
 
+/* Beyond the usual: a cloud of thirty times the mass of all gas, which condenses on it and feels its drag; gas of 2e9 K; a cut by
+ * what rows may give in a step. */
+static void test_extremes(void **unused)
+{
+    (void)unused;
+    static const char *const heavy[] = {"start.clouds=1", "start.n=257", "start.mass=1e9 Msun", "start.temperature=5e5 K",
+                                        "start.density=1 cm^-3", "start.speed=50 km/s", "feedback={}", NULL};
+    conserve(heavy, "condensed [");
+    conserve((const char *const[]){"start.temperature=2e9 K", "start.speed=50 km/s", "time.dt_max=2e-5", NULL}, "evaporated [");
+    conserve((const char *const[]){"start.mass=1e7 Msun", "start.temperature=5e5 K", "start.density=1 cm^-3", "exchange.change=1e-4",
+                                   "exchange.every=1 Myr", NULL}, "condensation_cut");
+    struct sim *sim = new_sim(heavy);
+    const struct species *gas = &sim->species[GAS];
+    double all = 0;
+    for (int64_t i = 0; i < gas->n; i++) all += gas->mass[i];
+    assert_true(sim->species[CLOUD].mass[0] > 10 * all);
+    for (int k = 0; k < 2000 && !(told(sim, "drag_heat") > 0); k++) assert_true(run_step(sim, HOOK_LIMIT));
+    for (int64_t i = 0; i < gas->n; i++)
+        for (int k = 0; k < 3; k++) assert_true(gas->mass[i] >= 0 && fabs(gas->vel[i][k]) < 200);
+    assert_true(sim->species[CLOUD].vel[0][0] > 45 && sim->species[CLOUD].vel[0][0] < 50);
+    sim_free(sim);
+}
+
+/* Gas below `coldest` does not condense, warmer gas does. */
+static void test_coldest(void **unused)
+{
+    (void)unused;
+    for (int cold = 0; cold < 2; cold++) {
+        struct sim *sim = new_sim((const char *const[]){"start.temperature=5e4 K", "start.density=1 cm^-3",
+                                  cold ? "exchange.coldest=1e5 K" : "exchange.coldest=1e4 K", NULL});
+        for (int k = 0; k < 20; k++) assert_true(run_step(sim, HOOK_LIMIT));
+        assert_true((told(sim, "condensed [") > 0) == !cold && told(sim, "evaporated [") == 0);
+        sim_free(sim);
+    }
+}
+
 /* |dv| = dv0/(1 + t/t_d), t_d = m/(C pi h^2 rho dv0), of a cloud so light that the gas does not feel it. */
 static void test_drag(void **unused)
 {
@@ -142,6 +178,7 @@ static void test_alone(void **unused)
 int main(void)
 {
     log_silence(true);
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_conserves), cmocka_unit_test(test_drag), cmocka_unit_test(test_alone)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_conserves), cmocka_unit_test(test_drag), cmocka_unit_test(test_alone),
+                                       cmocka_unit_test(test_extremes), cmocka_unit_test(test_coldest)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

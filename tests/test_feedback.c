@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * What stars give to gas: the nearest rows against a search of all, what a deposit conserves (in rows in
  * the midst of their step too), and stars without gas near, which keep what is due. */
+#include "gravity/contact.h"
 #include "physics/deposit.h"
 #include "log.h"
 #include "mem.h"
@@ -221,6 +222,54 @@ static void test_no_gas(void **unused)
     sim_free(sim);
 }
 
+/* Potential of all other rows at a row's place. */
+static double potential_at(const struct sim *sim, enum species_kind kind, int64_t row)
+{
+    double sum = 0, at[3], now[3];
+    sim_predict(&sim->time, &sim->species[kind], row, at);
+    for_species(sim, s)
+        for (int64_t i = 0; i < s->n; i++) {
+            if (s->kind == kind && i == row) continue;
+            sim_predict(&sim->time, s, i, now);
+            sum += s->mass[i] * gravity_pair(sim, kind, s->kind, sqrt(pow(now[0] - at[0], 2) + pow(now[1] - at[1], 2) + pow(now[2] - at[2], 2)));
+        }
+    return sum;
+}
+
+/* Mass that goes from a cloud to the gas around rises by what direct sums say, in the mean of the draws. */
+static void test_rise(void **unused)
+{
+    (void)unused;
+    enum { TRIALS = 400 };
+    struct sim *sim = scene_case_make((const char *const[]){"units={length: kpc, mass: 1e10 Msun, velocity: km/s}",
+        "start={generator: dwarf, n: 1200}", "time={end: 0.1}", "output={snapshot_every: 0.01}", "gravity={softening: 0.1}", "sph={}",
+        "clouds={}", NULL}, plain);
+    struct nearest *nearest = mem_alloc("test", sizeof *nearest);
+    double share[NEAREST_MOST], worst = 0;
+    log_silence(true);
+    assert_true(run_step(sim, HOOK_LIMIT) && run_step(sim, HOOK_LIMIT));
+    for (int64_t row = 0; row < 100; row += 20) {
+        double exact = -potential_at(sim, CLOUD, row), sum = 0, square = 0, at[3];
+        sim_predict(&sim->time, &sim->species[CLOUD], row, at);
+        nearest_gas(sim, at, 50, nearest);
+        deposit_shares(sim, nearest, share);
+        for (int k = 0; k < nearest->n; k++) exact += share[k] * potential_at(sim, GAS, nearest->row[k]);
+        for (int trial = 0; trial < TRIALS; trial++) {
+            const struct random key = {1, (uint64_t)trial, 0, random_stream("test")};
+            double rise = deposit_rise(sim, nearest, CLOUD, row, 1e-6, &key) / 1e-6;
+            sum += rise / TRIALS;
+            square += rise * rise / TRIALS;
+        }
+        double error = sqrt(fmax(square - sum * sum, 0) / TRIALS), depth = fabs(potential_at(sim, CLOUD, row));
+        worst = fmax(worst, fabs(sum - exact) / depth);
+        assert_true(fabs(sum - exact) < 3.5 * error + 0.005 * depth);
+        assert_true(deposit_rise(sim, nearest, CLOUD, row, 0, &(struct random){0}) == 0);
+    }
+    print_message("rise of the potential: off by %.2g of its depth at most\n", worst);
+    mem_free(nearest);
+    sim_free(sim);
+}
+
 /* Mass from nowhere ends the run. */
 static void test_mass_limit(void **unused)
 {
@@ -240,7 +289,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_nearest), cmocka_unit_test(test_deposit),
                                        cmocka_unit_test(test_jumps), cmocka_unit_test(test_push),
-                                       cmocka_unit_test(test_no_gas),
+                                       cmocka_unit_test(test_no_gas), cmocka_unit_test(test_rise),
                                        cmocka_unit_test(test_mass_limit)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

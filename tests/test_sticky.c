@@ -376,11 +376,67 @@ static void test_falls(void **unused)
     assert_true(error[0] < 0.002 && error[1] < 0.3 * error[0]);
 }
 
+/* Clouds on a line, each at its place [kpc] with its speed along it. */
+static struct sim *on_a_line(int n, const double *x, const double *speed, const char *mass, const char *const *more)
+{
+    char start[100];
+    snprintf(start, sizeof start, "start={generator: cloud_box, n: %d, mass: %s, dispersion: 0}", n, mass);
+    const char *set[16] = {"box={x: 8, y: 8, z: 8}", "time={end: 0.05}", start, "output={snapshot_every: 0.0125}", "clouds={}"};
+    int m = 5;
+    for (; *more; more++) set[m++] = *more;
+    struct sim *sim = new_sim(set);
+    struct species *cloud = &sim->species[CLOUD];
+    for (int i = 0; i < n; i++)
+        for (int k = 0; k < 3; k++) {
+            cloud->pos[i][k] = 4 + (k == 0 ? x[i] : 0);
+            cloud->vel[i][k] = k == 0 ? speed[i] : 0;
+        }
+    return sim;
+}
+
+/* Two that are bound become one as long as both together have no more than `most`, 1e7 Msun; heavier ones bounce without loss. */
+static void test_mass_limit(void **unused)
+{
+    (void)unused;
+    const double x[2] = {0, 0.5}, speed[2] = {5, -5};
+    const struct { const char *mass; int left; } cases[] = {{"4.999e6 Msun", 1}, {"5.001e6 Msun", 2}};
+    for (int c = 0; c < 2; c++) {
+        struct sim *sim = on_a_line(2, x, speed, cases[c].mass, (const char *const[]){NULL});
+        const double before = kinetic(sim);
+        run_out(sim);
+        assert_true(told(sim, "cloud_collisions [") == 1 && told(sim, "cloud_coagulations [") == 2 - cases[c].left);
+        assert_true(told(sim, "clouds [") == cases[c].left);
+        if (cases[c].left == 2) assert_true(fabs(kinetic(sim) / before - 1) < 1e-12);
+        else assert_true(kinetic(sim) < 1e-12 * before);
+        sim_free(sim);
+    }
+}
+
+/* One hits the second, which would at once hit the third; while it rests it passes through. */
+static void test_rest(void **unused)
+{
+    (void)unused;
+    const double x[3] = {0, 0.15, 0.26}, speed[3] = {10, 0, 0};
+    for (int rests = 0; rests < 2; rests++) {
+        struct sim *sim = on_a_line(3, x, speed, "1e6 Msun", (const char *const[]){"clouds.coagulation=never", "clouds.restitution=1",
+                                    rests ? "clouds.rest=3" : "clouds.rest=0", NULL});
+        run_out(sim);
+        const struct species *cloud = &sim->species[CLOUD];
+        double last = 0;
+        for (int64_t i = 0; i < 3; i++)
+            if (cloud->id[i] == 3) last = cloud->vel[i][0];
+        assert_true(told(sim, "cloud_collisions [") == (rests ? 1 : 2) && fabs(last - (rests ? 0 : 10)) < 1e-9);
+        assert_true((cloud->rested != NULL) == rests);
+        sim_free(sim);
+    }
+}
+
 int main(void)
 {
     log_silence(true);
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_pairs), cmocka_unit_test(test_viscosity), cmocka_unit_test(test_three),
                                        cmocka_unit_test(test_tie), cmocka_unit_test(test_falls), cmocka_unit_test(test_rates),
-                                       cmocka_unit_test(test_haff), cmocka_unit_test(test_smoluchowski)};
+                                       cmocka_unit_test(test_haff), cmocka_unit_test(test_smoluchowski),
+                                       cmocka_unit_test(test_mass_limit), cmocka_unit_test(test_rest)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
