@@ -45,14 +45,18 @@ static const struct peer peers[] = {
     {"FDPS 7 monopole", "theta 0.7", 0.89, 1.5e-3, 4.6e-3, 1.5e-2}, {"FDPS 7 monopole", "theta 0.6", 1.29, 7.8e-4, 2.7e-3, 6.1e-3},
     {"FDPS 7 monopole", "theta 0.5", 1.58, 4.5e-4, 1.7e-3, 5.0e-3}, {"FDPS 7 monopole", "theta 0.4", 2.20, 2.4e-4, 8.4e-4, 2.6e-3},
     {"FDPS 7 monopole", "theta 0.3", 4.01, 1.0e-4, 3.7e-4, 1.1e-3},
+    {"FDPS 7 quadrupole", "theta 0.8", 1.05, 1.5e-3, NAN, NAN}, {"FDPS 7 quadrupole", "theta 0.6", 1.95, 4.0e-4, NAN, NAN},
     {"FDPS 7 quadrupole", "theta 0.7", 1.26, 9.0e-4, NAN, NAN}, {"FDPS 7 quadrupole", "theta 0.5", 2.48, 1.9e-4, 6.0e-4, 2.6e-3},
     {"FDPS 7 quadrupole", "theta 0.4", 3.75, 9.8e-5, 3.3e-4, 1.1e-3},
     {"FDPS 7 quadrupole", "theta 0.3", 7.30, 3.5e-5, 1.1e-4, 4.1e-4},
     {"falcON", "theta 0.6", 0.86, 5.5e-3, 2.2e-2, 6.5e-2}, {"falcON", "theta 0.4", 1.62, 3.0e-3, 1.2e-2, 5.4e-2},
+    {"falcON", "theta 0.5", 1.09, 4.3e-3, 1.7e-2, 5.6e-2},
     {"GADGET-4 FMM", "p 3 alpha 0.005", 4.35, 1.2e-3, 3.8e-3, 1.0e-2},
     {"GADGET-4 FMM", "p 4 alpha 0.005", 5.33, 4.4e-4, 1.5e-3, 4.2e-3},
     {"GADGET-4 FMM", "p 4 alpha 0.001", 5.45, 2.3e-4, 7.1e-4, 1.8e-3}, {"GADGET-2", "alpha 0.005", 7.2, 2.3e-3, 5.6e-3, 1.2e-2},
     {"SWIFT FMM", "geometric 0.7", 4.5, 1.5e-3, 5.1e-3, 3.4e-2}, {"SWIFT FMM", "adaptive 1e-3", 8.7, 2.0e-4, 5.7e-4, 3.9e-3},
+    {"SWIFT FMM", "adaptive 1e-4", 42.4, 6.9e-5, 1.7e-4, 1.7e-3},
+    {"GADGET-4 tree", "p 3 alpha 0.001", 22.7, 3.1e-4, 7.3e-4, 1.2e-3},
 };
 
 static const char *const sets[] = {"plummer", "uniform", "clumped"};

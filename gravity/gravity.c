@@ -56,6 +56,9 @@ static const struct param params[] = {
     {"precision", PARAM_CHOICE, "", "auto", 0, 0, "auto|rough|float|double",
      "of pair forces: rough takes the processor's guess of 1/sqrt as it is; auto does so where the accuracy asked "
      "allows it; double only with solver direct, as a reference", true, offsetof(struct gravity, precision)},
+    {"mutual", PARAM_FLAG, "", "off", 0, 0, NULL,
+     "fmm: cells accept each other by one rule, so that a step of all rows keeps momentum as direct sums do; dearer", false,
+     offsetof(struct gravity, mutual)},
     {"time_step", PARAM_REAL, "", "0.1", 1e-4, 10, NULL,
      "eta of the longest step eta sqrt(2 eps/|a|) of rows without a smoothing length (eps: Plummer's); on the front of "
      "doc/charts/time.csv: cold collapse, leapfrog", true,
@@ -123,10 +126,17 @@ static enum gravity_refinement refinement_of(const struct gravity *g)
     return 3 * (double)g->kernels->pair->guess_error <= 2 * asked ? GRAVITY_ROUGH : GRAVITY_REFINED;
 }
 
+/* Sources end where targets do; measured: of 32 to 128 rows the cheapest (doc/manual/gravity.md). */
+static void set_mutual_sizes(const struct gravity *g, struct gravity_opening *o)
+{
+    enum { MUTUAL_ROWS = 32 };
+    o->group_size = o->leaf_size = g->group_size > 0 ? (int)g->group_size : g->leaf_size > 0 ? (int)g->leaf_size : MUTUAL_ROWS;
+}
+
 static void set_opening(struct sim *sim, struct gravity *g)
 {
     struct gravity_opening *o = &g->opening;
-    const bool device = sim->device && !g->adaptive;
+    const bool device = sim->device && !g->adaptive && !g->mutual;
     o->solver = (enum gravity_solver)g->solver;
     if (g->rows == 0)
         for_species(sim, s) g->rows += s->n;
@@ -138,6 +148,7 @@ static void set_opening(struct sim *sim, struct gravity *g)
     if (g->order > 0) o->order = (int)g->order;
     if (g->group_size > 0) o->group_size = (int)g->group_size;
     if (g->leaf_size > 0) o->leaf_size = (int)g->leaf_size;
+    if (g->mutual && o->solver == SOLVER_FMM) set_mutual_sizes(g, o);
     if (o->leaf_size > o->group_size) o->leaf_size = o->group_size;
     if (!isnan(g->opening_angle)) o->theta = g->opening_angle;
     if (!isnan(g->tolerance)) o->alpha = g->tolerance;
@@ -158,6 +169,10 @@ static void check_settings(struct sim *sim, struct gravity *g)
         problems_add(&sim->problems, "gravity.softening_adaptive: needs softening_kernel: spline, which ends where a kernel does");
     if (g->adaptive && !isnan(g->softening_of[GAS]))
         problems_add(&sim->problems, "gravity.softening_gas: gas is softened by its smoothing length (softening_adaptive)");
+    if (g->mutual && g->solver == SOLVER_TREE)
+        problems_add(&sim->problems, "gravity.mutual: is for fmm; direct sums are mutual anyway, the tree's cells act one way");
+    if (g->mutual && g->group_size > 0 && g->leaf_size > 0 && g->group_size != g->leaf_size)
+        problems_add(&sim->problems, "gravity.leaf_size: with mutual: on, sources end where targets do: group_size, or none");
     if (g->solver != SOLVER_FMM && !isnan(g->tolerance))
         problems_add(&sim->problems, "gravity.tolerance: only the fmm opens by an error (solver: fmm)");
 }
@@ -227,6 +242,9 @@ static void begin(struct sim *sim, void *state)
     if (g->adaptive && !(species_has(&sim->species[GAS], COLUMN_h) && sim->tree.width[NODE_h_max] > 0))
         problems_add(&sim->problems, "gravity.softening_adaptive: there are no smoothing lengths without a block sph");
     if (sim->device && g->adaptive) log_line("gravity: softening_adaptive is the CPU's");
+    if (g->mutual && g->opening.solver == SOLVER_FMM)
+        log_line("gravity: mutual: momentum is kept where the steps of all rows end together, to 1e-7 of the forces; steps of "
+                 "fewer rows keep it within their errors alone (time.steps: common has none)");
     else if (sim->device && (g->opening.solver == SOLVER_FMM || g->precision == PRECISION_DOUBLE))
         log_line("gravity: %s is the CPU's; the device has solver tree, and direct in floats",
                  g->opening.solver == SOLVER_FMM ? "solver fmm" : "precision double");

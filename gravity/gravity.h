@@ -26,6 +26,7 @@ struct gravity {
     double softening, softening_of[N_SPECIES], accuracy, opening_angle, tolerance, time_step;
     int64_t order, group_size, leaf_size;
     int softening_kernel, solver, precision;
+    bool mutual;                /* fmm: what a target accepts of a source is what the source accepts of the target */
     bool adaptive;              /* softening of gas: the spline's support is the one of its SPH kernel, 2 h */
 
     const struct gravity_kernels *kernels;

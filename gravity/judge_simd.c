@@ -9,7 +9,7 @@
 
 enum { CHUNK = 64 };
 /* Words of a record: a position, then the cell from `reach` to its end. */
-enum { X, Y, Z, REACH = 4, SCALE, MASS, POWER, N_CHILDREN = 13, SUPPORT, RECORD = 16 };
+enum { X, Y, Z, CELL, REACH, SCALE, MASS, POWER, N_CHILDREN = 13, SUPPORT, LEAST, RECORD };
 enum { FIRST = offsetof(struct gravity_cell, reach), BYTES = offsetof(struct gravity_cell, group) + 2 - FIRST };
 _Static_assert(FIRST + (POWER - REACH) * 4 == offsetof(struct gravity_cell, power), "record as the cell");
 _Static_assert(FIRST + (N_CHILDREN - REACH) * 4 == offsetof(struct gravity_cell, n_children), "record as the cell");
@@ -87,6 +87,37 @@ HD simd_int judge_cell(struct batch b, const struct gravity_view *v, real unit1,
     return fits & (v->quadrupole * b.field[POWER] * u * u * reach * y < v->tolerance * least2);
 }
 
+/* Two cells that may act on each other, and the target's tolerance over d^2. */
+struct side { real mass, reach, scale, power[5], tolerance; };
+
+HD struct side judge_side(simd_int mask, struct side a, struct side b)
+{
+    struct side s = { real_if(mask, a.mass, b.mass), real_if(mask, a.reach, b.reach), real_if(mask, a.scale, b.scale),
+                      { { 0 } }, real_if(mask, a.tolerance, b.tolerance) };
+    for (int k = 0; k < 5; k++) s.power[k] = real_if(mask, a.power[k], b.power[k]);
+    return s;
+}
+
+/* Does what a makes of b stay within b's tolerance? Eq. 16 as above. y: 1/d. */
+HD simd_int judge_side_error(struct side a, struct side b, real y, real d2, int order)
+{
+    real t = b.reach * y, u = a.scale * y, power = u * u, error = a.mass * t * t + a.power[0] * power;
+    for (int k = 3; k <= order; k++) {
+        power *= u;
+        error = error * t + a.power[k - 2] * power;
+    }
+    return error < b.tolerance * d2;
+}
+
+/* The same operations on the same numbers from both sides: the cell that comes first is a, whichever is the target. */
+HD simd_int judge_pair(struct side a, struct side b, const struct gravity_view *v, real d2, int order, real support)
+{
+    real sum = a.reach + b.reach, edge = sum + support, larger = real_max(a.reach, b.reach);
+    real y = real_root(real_max(d2, real_splat(REAL_FLOOR)));
+    return (sum * sum < v->theta2 * d2) & (edge * edge < d2) & (d2 >= v->near2) & (larger * larger < v->theta2_target * d2)
+         & judge_side_error(a, b, y, d2, order) & judge_side_error(b, a, y, d2, order);
+}
+
 HD simd_int judge_choose(simd_int mask, simd_int a, simd_int b) { return (a & mask) | (b & ~mask); }
 HD simd_int judge_all(int32_t x) { return x - (simd_int){ 0 }; }
 
@@ -114,6 +145,28 @@ HD simd_int judge_by_error(struct batch b, const struct gravity_view *v, int ord
     return judge_choose(local, judge_all(GRAVITY_LOCAL), rest);
 }
 
+/* Of two cells that do not accept each other the larger is split, a leaf never; the target's parent is its pair with itself. */
+HD simd_int judge_mutually(struct batch b, const struct gravity_view *v, int order, bool adaptive)
+{
+    real unit1 = real_splat((float)(1 / v->unit)), support = judge_support(b, v, unit1, adaptive);
+    real d2 = b.field[X] * b.field[X] + b.field[Y] * b.field[Y] + b.field[Z] * b.field[Z];
+    const struct gravity_cell *self = v->self;
+    struct side source = { b.field[MASS], b.field[REACH] * unit1, b.field[SCALE] * unit1, { { 0 } }, v->alpha * b.field[LEAST] };
+    struct side target = { real_splat(self->mass), real_splat(v->radius), real_splat(self->scale) * unit1, { { 0 } },
+                           real_splat(v->alpha) * (v->least ? v->least[v->cell] : 1) };
+    for (int k = 0; k < 5; k++) {
+        source.power[k] = b.field[POWER + k];
+        target.power[k] = real_splat(self->power[k]);
+    }
+    simd_int cell = (simd_int)b.field[CELL], first = cell < v->cell, leaf = judge_leaf(b);
+    simd_int accept = judge_pair(judge_side(first, source, target), judge_side(first, target, source), v, d2, order, support);
+    simd_int open = (source.reach > target.reach) | ((source.reach == target.reach) & first) | (cell == v->parent);
+    if (v->group) open = judge_all(-1);
+    simd_int rest = judge_choose(open & ~leaf, judge_all(GRAVITY_OPEN), judge_all(GRAVITY_WAIT));
+    if (v->group) rest = judge_choose(leaf, judge_all(GRAVITY_NEAR), rest);
+    return judge_choose(accept, judge_all(GRAVITY_LOCAL), rest);
+}
+
 /* For every group in the target: what no row of it could accept is opened. */
 HD simd_int judge_by_angle(struct batch b, const struct gravity_view *v, bool adaptive)
 {
@@ -130,39 +183,49 @@ HD simd_int judge_by_angle(struct batch b, const struct gravity_view *v, bool ad
     return judge_choose(accept, judge_all(GRAVITY_FAR), rest);
 }
 
-/* `order` (0: by angle) and `adaptive` are literals. */
+/* `order`, `adaptive` and `rule` are literals. */
+enum rule { BY_ANGLE, BY_ERROR, MUTUAL };
+
 HD void judge_list(int32_t *verdict, const struct gravity_view *v, const struct gravity_cell *cell,
-                   const int32_t *list, int64_t n, int order, bool adaptive)
+                   const int32_t *list, int64_t n, int order, bool adaptive, enum rule rule)
 {
     float record[CHUNK][RECORD] __attribute__((aligned(64)));
     for (int64_t from = 0; from < n; from += CHUNK) {
         int count = n - from < CHUNK ? (int)(n - from) : CHUNK;
         for (int i = 0; i < count; i++) {
             judge_stage(record[i], v, &cell[list[from + i]]);
+            if (rule == MUTUAL) memcpy(&record[i][CELL], &list[from + i], sizeof list[from + i]);
+            if (rule == MUTUAL) record[i][LEAST] = v->least ? v->least[list[from + i]] : 1;
             if (adaptive) record[i][SUPPORT] = 2 * v->h_max[list[from + i]];
         }
         for (int i = count; i % LANES != 0; i++) memcpy(record[i], record[0], sizeof record[0]);
         for (int i = 0; i < count; i += LANES) {
             struct batch b = judge_load(&record[i]);
-            simd_int decided = order ? judge_by_error(b, v, order, adaptive) : judge_by_angle(b, v, adaptive);
+            simd_int decided = rule == MUTUAL ? judge_mutually(b, v, order, adaptive)
+                : rule == BY_ERROR ? judge_by_error(b, v, order, adaptive) : judge_by_angle(b, v, adaptive);
             simd_store((float *)verdict + from + i, (real)decided);
         }
     }
 }
 
-#define JUDGE(name, order, adaptive) \
+#define JUDGE(name, order, adaptive, rule) \
     static void name(int32_t *verdict, const struct gravity_view *v, const struct gravity_cell *cell, \
-                     const int32_t *list, int64_t n) { judge_list(verdict, v, cell, list, n, order, adaptive); }
-JUDGE(fmm_3, 3, false)
-JUDGE(fmm_4, 4, false)
-JUDGE(fmm_5, 5, false)
-JUDGE(fmm_6, 6, false)
-JUDGE(tree, 0, false)
-JUDGE(adaptive_3, 3, true)
-JUDGE(adaptive_4, 4, true)
-JUDGE(adaptive_5, 5, true)
-JUDGE(adaptive_6, 6, true)
-JUDGE(adaptive_tree, 0, true)
+                     const int32_t *list, int64_t n) { judge_list(verdict, v, cell, list, n, order, adaptive, rule); }
+#define ORDER(order) \
+    JUDGE(fmm_##order, order, false, BY_ERROR) \
+    JUDGE(adaptive_##order, order, true, BY_ERROR) \
+    JUDGE(mutual_##order, order, false, MUTUAL) \
+    JUDGE(mutual_adaptive_##order, order, true, MUTUAL)
+ORDER(3)
+ORDER(4)
+ORDER(5)
+ORDER(6)
+JUDGE(tree, 0, false, BY_ANGLE)
+JUDGE(adaptive_tree, 0, true, BY_ANGLE)
 
+#define ORDERS(name) { name##_3, name##_4, name##_5, name##_6 }
 const struct gravity_judge_table SIMD_NAME(gravity_judge_table) = {
-    { { fmm_3, fmm_4, fmm_5, fmm_6 }, { adaptive_3, adaptive_4, adaptive_5, adaptive_6 } }, { tree, adaptive_tree } };
+    .fmm = { ORDERS(fmm), ORDERS(adaptive) },
+    .mutual = { ORDERS(mutual), ORDERS(mutual_adaptive) },
+    .tree = { tree, adaptive_tree },
+};

@@ -56,6 +56,11 @@ enum gravity_verdict {
 };
 /* A target cell and its bounds for accepting a source. Floats are in units of `unit`. */
 struct gravity_view {
+    /* Unless NULL: source and target accept each other or not at all; lengths are from the centre of mass. */
+    const struct gravity_cell *self;
+    const float *least;         /* of every cell: its least acceleration; NULL: not known */
+    int32_t parent;
+    float alpha;                /* tolerance of a source as a target: this times its least acceleration */
     double centre[3], unit;
     int32_t cell;
     int32_t group;              /* 0 or 1 */
@@ -70,7 +75,8 @@ struct gravity_view {
 };
 typedef void gravity_judge(int32_t *verdict, const struct gravity_view *v, const struct gravity_cell *cell,
                            const int32_t *list, int64_t n);
-struct gravity_judge_table { gravity_judge *fmm[2][GRAVITY_ORDERS], *tree[2]; };    /* [adaptive softening] */
+/* [adaptive softening] */
+struct gravity_judge_table { gravity_judge *fmm[2][GRAVITY_ORDERS], *mutual[2][GRAVITY_ORDERS], *tree[2]; };
 extern const struct gravity_judge_table gravity_judge_table_v2, gravity_judge_table_v3, gravity_judge_table_v4;
 
 /* Cells that act on one target: `list` of n. Lengths are taken in units of `scale` from `centre`. */

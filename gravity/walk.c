@@ -27,6 +27,34 @@ static const float theta_cell = 0.95f;      /* reach / distance from the box, ce
 static const float theta_first = 0.7f;      /* both, as long as no acceleration is known */
 static const float open_ratio = 1.5f;       /* a source this much larger than the target is opened */
 
+/* Powers of two near the radius, but not so small that powers of distances overflow. */
+static double unit_of(double radius, double parent_unit)
+{
+    int exponent;
+    frexp(fmax(radius, parent_unit / 1024), &exponent);
+    return radius > 0 || parent_unit > 0 ? ldexp(1, exponent) : 1;
+}
+
+/* The target as a source is: a sphere about its centre of mass. What is decided of two cells is then the same from both
+ * sides, bit for bit, and so are, but for their rounding, their forces: an expansion of order P about a centre of mass
+ * holds M_m of the target times D_(m+k+1) times M_k of the source for all m + k < P (Dehnen 2002). */
+static void make_mutual(const struct walk *w, struct gravity_view *v, double parent_unit)
+{
+    const struct gravity *g = w->g;
+    const struct gravity_cell *cell = &g->cell[v->cell];
+    const double before = v->unit;
+    memcpy(v->centre, w->sim->tree.node[v->cell].pos, sizeof v->centre);
+    v->unit = unit_of((double)cell->reach, parent_unit);
+    const float factor = (float)(before / v->unit);
+    v->radius = (float)((double)cell->reach / v->unit);
+    v->support *= factor;
+    v->near2 *= factor * factor;
+    v->self = cell;
+    v->parent = w->sim->tree.node[v->cell].parent;
+    v->least = g->known ? g->least : NULL;
+    v->alpha = g->known ? (float)(w->alpha * v->unit * v->unit) : INFINITY;
+}
+
 struct gravity_view walk_view(const struct walk *w, int32_t n, double parent_unit)
 {
     const struct gravity *g = w->g;
@@ -38,10 +66,7 @@ struct gravity_view walk_view(const struct walk *w, int32_t n, double parent_uni
         half[k] = 0.5 * ((double)node->high[k] - (double)node->low[k]);
         r2 += half[k] * half[k];
     }
-    /* A power of two near the radius, but not so small that powers of distances overflow. */
-    int exponent;
-    frexp(fmax(sqrt(r2), parent_unit / 1024), &exponent);
-    v.unit = r2 > 0 || parent_unit > 0 ? ldexp(1, exponent) : 1;
+    v.unit = unit_of(sqrt(r2), parent_unit);
     double unit1 = 1 / v.unit;
     for (int k = 0; k < 3; k++) v.half[k] = (float)(half[k] * unit1);
     v.radius = (float)(sqrt(r2) * unit1);
@@ -57,6 +82,7 @@ struct gravity_view walk_view(const struct walk *w, int32_t n, double parent_uni
     } else {
         v.theta2 = (float)(w->theta * w->theta);
     }
+    if (g->mutual && g->opening.solver == SOLVER_FMM) make_mutual(w, &v, parent_unit);
     return v;
 }
 
@@ -120,8 +146,10 @@ static void judge(struct walk *w, const struct gravity_view *v, const struct lis
         count[k] = out[k]->n;
     }
     const int32_t *source = list->item + from, *verdict = w->verdict.item;
-    (w->g->opening.solver == SOLVER_FMM ? table->fmm[w->g->adaptive][w->g->opening.order - GRAVITY_ORDER_MIN]
-                                        : table->tree[w->g->adaptive])(w->verdict.item, v, w->g->cell, source, n);
+    const int order = w->g->opening.order - GRAVITY_ORDER_MIN;
+    gravity_judge *const rule = w->g->opening.solver == SOLVER_TREE ? table->tree[w->g->adaptive]
+        : (v->self ? table->mutual : table->fmm)[w->g->adaptive][order];
+    rule(w->verdict.item, v, w->g->cell, source, n);
     for (int64_t i = 0; i < n; i++) item[verdict[i]][count[verdict[i]]++] = source[i];
     for (int k = 0; k < GRAVITY_VERDICTS; k++) out[k]->n = count[k];
     open_parents(w, v, &w->parents, &w->opened);

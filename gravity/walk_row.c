@@ -41,6 +41,7 @@ static struct gravity_view row_view(const struct walk *w, const struct species *
     v.theta2 = theta_row * theta_row;
     v.theta2_cell = 0;      /* where all moments do not serve, some do not */
     v.radius = 0;
+    v.self = NULL;
     memset(v.half, 0, sizeof v.half);
     sim_predict(&w->sim->time, s, i, v.centre);
     return v;

@@ -43,6 +43,7 @@ spread 4 "$scene" --set start.n=600 $few --set gravity.solver=fmm
 spread 3 "$scene" --set start.n=3000 $few --set gravity.solver=tree --set time.integrator=pec
 spread 3 "$scene" --set start.n=3000 $few --set sph.preset=modern --set sph.count=smooth --set sph.grad_h=on \
     --set sph.equation=entropy
+spread 3 "$scene" --set start.n=3000 $few --set gravity.solver=fmm --set gravity.mutual=on
 spread 3 "$scene" --set start.n=3000 $few --set gravity.softening_kernel=spline --set gravity.softening_adaptive=on
 spread 3 "$TEPHRA_SOURCE/ics/merger.yml" --set start.n=3000 --set time.end=2Myr --set output.snapshot_every=2Myr
 spread 3 "$TEPHRA_SOURCE/ics/wave.yml" --set time.end=0.02 --set output.snapshot_every=0.02
