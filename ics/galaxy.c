@@ -4,6 +4,7 @@
 #include "galaxy.h"
 #include "barotrope.h"
 #include "constants.h"
+#include "log.h"
 #include "mem.h"
 #include "random.h"
 #include "start.h"
@@ -122,6 +123,9 @@ bool galaxy_add(struct sim *sim, const struct galaxy *galaxy, int64_t n, int cop
         problems_add(&sim->problems, "start.dark_fixed: a halo without rows needs a block external (--set external={})");
     const int64_t others = holes_reserve(sim, &galaxy->holes, n);
     if (sim->problems.count > 0 || !share_rows(sim, galaxy, others, count)) return false;
+    if (count[GALAXY_DISC] > 0 && galaxy->q < 1 && copy == 1)
+        log_warning("start.disc_q = %g: below 1 a disc of stars breaks up into rings and clumps within a turn (Toomre 1964, "
+                    "ApJ 139, 1217)", galaxy->q);
     int spheres = 0;
     struct equilibrium *all = potential(sim, galaxy, &spheres);
     double sound = gas ? sound_speed(sim, galaxy) : 0;

@@ -66,6 +66,8 @@ if importlib.util.find_spec("yt"):
     near("yt: temperature", float(all_data["gas", "temperature"].max().to("K")), gas_temperature)
     near("yt: radius", float(abs(all_data["PartType0", "Coordinates"]).max().to("cm")), reach * KPC)
     print("yt", yt.__version__)
+else:
+    print("yt is not installed (python3-yt): it was not asked")
 if importlib.util.find_spec("pynbody"):
     import pynbody
     s = pynbody.load(FILE)

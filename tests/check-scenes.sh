@@ -67,6 +67,8 @@ expect_status 0 tephra run "$TEPHRA_SOURCE/ics/merger.yml" --set start.n=2000 --
 column error merger/energy.csv | awk '$1 * $1 > 1e-6 { exit 1 }' || fail "the merger loses energy"
 expect_status 2 tephra check "$TEPHRA_SOURCE/ics/merger.yml" --set start.eccentricity=0.5; expect_text 'start.separation' err
 expect_status 2 tephra check "$TEPHRA_SOURCE/ics/disc.yml" --set start.gas_share=none; expect_text 'share' err
+expect_status 0 tephra check "$TEPHRA_SOURCE/ics/disc.yml" --set start.n=3000 --set start.disc_q=0.9; expect_text 'disc_q = 0.9: below 1' err
+
 # With four times the rows gas resists from sixteen times the density on, where a row's mass decides it (J1).
 for n in 16000 64000; do
     expect_status 0 tephra check "$TEPHRA_SOURCE/ics/disc.yml" --set start.n=$n

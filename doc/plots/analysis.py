@@ -26,7 +26,8 @@ def draw_radii(axis, table):
             if np.isfinite(r).sum() < 2:
                 continue
             axis.semilogy(table["t"], r, color=colour, linewidth=1, label=name if column.endswith("_50") else None)
-            first, change = r[0], r / r[0] - 1
+            first = r[np.isfinite(r)][0]       # stars may come later
+            change = r / first - 1
             print(f"{name} {column.split('_')[1]} %: {first:.4g}, at the end {change[-1]:+.1%}, "
                   f"at most {change[np.nanargmax(abs(change))]:+.1%}")
     axis.set(xlabel="t", ylabel="radii that hold parts of the mass")
