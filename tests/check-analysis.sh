@@ -26,6 +26,7 @@ awk -F, 'NR > 1 && $1 == 0 && $2 > 0.3 && $4 > 0 { n++; R = 0.5 * ($2 + $3)
 # Stars of exp(-R/3 kpc), 4.5e10 Msun, sech^2(z/0.3 kpc), no bulge: surface density with the noise of its rows, height; the gas
 # turns as fast as forces and its pressure say.
 expect_status 0 tephra run "$TEPHRA_SOURCE/ics/disc.yml" --set start.n=12000 --set start.bulge_mass=0 --set time.end='1 Myr' \
+    --set sph.stiff_density='0.03 Msun/pc^3' \
     --set output.snapshot_every='1 Myr' --set profiles.rings=15 --out disc
 awk -F, 'NR == 1 { for (i = 1; i <= NF; i++) { split($i, w, " "); c[w[1]] = i } next }
     $1 == 0 && $2 < 9 { R = 0.5 * ($2 + $3); n++
