@@ -73,6 +73,17 @@ static void begin(struct sim *sim, void *state)
         log_line("hermite%d: sums in doubles are the CPU's; the device has orders 4 and 6, in floats", 2 * h->p);
 }
 
+/* Etas with which an unsoftened pair of eccentricity 0.99 still keeps its energy to 1 % in 100 orbits: doc/manual/hermite.md. */
+static void warn(struct sim *sim, void *state)
+{
+    static const double most[] = {[2] = 0.02, [3] = 0.75, [4] = 1};
+    const struct hermite *h = state;
+    (void)sim;
+    if (h->eta > most[h->p])
+        log_warning("hermite%d.eta = %g: above %g close pairs lose 1 %% of their energy or more in 100 orbits (eccentricity 0.99)",
+                    2 * h->p, h->eta, most[h->p]);
+}
+
 struct place { double pos[3]; uint64_t id; };
 
 static int by_place(const void *a, const void *b)
@@ -288,6 +299,7 @@ static void reason(const struct sim *sim, const void *state, const struct specie
         .whole = true, .state_bytes = sizeof(struct hermite), .saved = saved, .declare = declare##order, .begin = begin, \
         .end = end, \
         .hook = {[HOOK_FORCE] = force, [HOOK_CORRECT] = correct, [HOOK_LIMIT] = limit}, .reason = reason, \
+        .warn = warn, \
     }
 HERMITE(4, "Hermite's scheme of 4th order, direct sums");
 HERMITE(6, "Hermite's scheme of 6th order, direct sums");

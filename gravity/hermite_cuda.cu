@@ -87,6 +87,9 @@ template <int p> static __global__ void hermite_predict(struct hermite_stage s, 
 
 /* --- pairs --- */
 
+/* Rounded; its cube is taken out of the sums as it is. */
+static constexpr float root3 = (float)PAIR_ROOT3;
+
 /* A row in registers; sums of the derivatives of its acceleration over a tile. */
 struct hermite_target { float high[3], low[3], vel[3], acc[3], jerk[3], soft, sum[4][3]; };
 
@@ -122,21 +125,20 @@ DEVICE void hermite_add(struct hermite_target *t, const float4 q[derivatives + 1
     if (derivatives > 2) second = v[0] * v[0] + v[1] * v[1] + v[2] * v[2] + r[0] * a[0] + r[1] * a[1] + r[2] * a[2];
     if (derivatives > 3)
         third = 3 * (v[0] * a[0] + v[1] * a[1] + v[2] * a[2]) + r[0] * c[0] + r[1] * c[1] + r[2] * c[2];
-    const struct pair_rates p = pair_rates(derivatives, real_rsqrt_guess(r2), mass, rv, second, third);
-    /* Factors with their signs: every term below is one fused operation. */
-    const float first = -3 * p.alpha, twice = -6 * p.alpha, thrice = -9 * p.alpha;
-    const float beta = derivatives > 2 ? -3 * p.beta : 0, beta3 = derivatives > 3 ? -9 * p.beta : 0;
-    const float gamma = derivatives > 3 ? -3 * p.gamma : 0;
+    const float y = root3 * real_rsqrt_guess(r2);
+    const struct pair_rates p = pair_rates(derivatives, y, mass, rv, second, third);
+    /* Fused by hand: the compiler leaves differences of products apart. */
+    const float alpha6 = 2 * p.alpha3, alpha9 = 3 * p.alpha3, beta = derivatives > 2 ? p.beta3 : 0;
 #pragma unroll
     for (int k = 0; k < 3; k++) {
-        const float j = v[k] + first * r[k];
+        const float j = real_fma(-p.alpha3, r[k], v[k]);
         t->sum[0][k] += p.pull * r[k];
         t->sum[1][k] += p.pull * j;
         if (derivatives < 3) continue;
-        const float s = a[k] + beta * r[k] + twice * j;
+        const float s = real_fma(-alpha6, j, real_fma(-beta, r[k], a[k]));
         t->sum[2][k] += p.pull * s;
         if (derivatives < 4) continue;
-        t->sum[3][k] += p.pull * (c[k] + gamma * r[k] + beta3 * j + thrice * s);
+        t->sum[3][k] += p.pull * real_fma(-alpha9, s, real_fma(-3 * beta, j, real_fma(-p.gamma3, r[k], c[k])));
     }
 }
 
@@ -324,7 +326,8 @@ void hermite_engine_sum(struct hermite_engine *e, const struct hermite_now *now,
     if (n == 0) return;
     hermite_stage_rows(e, now, derivatives);
     const int64_t batch = PART_BYTES / ((int64_t)chunks * width * (int64_t)sizeof *e->part);
-    double unit[4] = {e->units.velocity * e->units.velocity / e->units.length};
+    const double root = (double)root3;
+    double unit[4] = {e->units.velocity * e->units.velocity / e->units.length / (root * root * root)};
     for (int d = 1; d < derivatives; d++) unit[d] = unit[d - 1] * e->units.velocity / e->units.length;
     for (int64_t from = 0; from < n && device_sound(e->device); from += batch) {
         const int some = (int)(n - from < batch ? n - from : batch);

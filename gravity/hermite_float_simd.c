@@ -25,10 +25,19 @@ HD struct float_target target_of(const double target[13])
 
 HD real rates_dot(const real a[3], const real b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
+/* sqrt(3/r2): the root of 3 is in the coefficients of Newton's step, rounded; its cube is taken out of the sums as it is. */
+static const float newton[2] = { (float)(1.5 * PAIR_ROOT3), (float)(0.5 * PAIR_ROOT3) };
+
 HD real rates_root(real r2)
 {
     real y = real_rsqrt_guess(r2);
-    return y * (1.5f - 0.5f * r2 * y * y);
+    return y * (newton[0] - newton[1] * r2 * y * y);
+}
+
+HD double rates_factor(void)
+{
+    double root = (double)newton[0] - (double)newton[1];
+    return 1 / (root * root * root);
 }
 
 struct rates { real f[3][3]; };
@@ -50,10 +59,10 @@ HD void rates_add(struct rates *sum, const struct float_target *t, const struct 
     }
     if (derivatives > 2) second = rates_dot(v, v) + rates_dot(r, a);
     struct pair_rates p = pair_rates(derivatives, rates_root(r2), mass, rates_dot(r, v), second, zero);
-    real alpha3 = real_whole(3 * p.alpha), alpha6, beta3;
+    real alpha3 = real_whole(p.alpha3), alpha6, beta3;
     if (derivatives > 2) {
-        alpha6 = real_whole(6 * p.alpha);
-        beta3 = real_whole(3 * p.beta);
+        alpha6 = real_whole(alpha3 + alpha3);
+        beta3 = real_whole(p.beta3);
     }
     for (int k = 0; k < 3; k++) {
         sum->f[0][k] += p.pull * r[k];
@@ -81,7 +90,7 @@ HD void rates_sum(double *sum, const double *target, const struct hermite_floats
         for (int64_t j = first; j < end; j += LANES) rates_add(&part, &t, s, j, derivatives, bare);
         for (int w = 0; w < 3 * derivatives; w++) simd_promote(promoted[w], part.f[w / 3][w % 3]);
     }
-    for (int w = 0; w < 3 * derivatives; w++) sum[w] = lanes_of(promoted[w]);
+    for (int w = 0; w < 3 * derivatives; w++) sum[w] = rates_factor() * lanes_of(promoted[w]);
 }
 
 #define RATES(name, derivatives, bare) \

@@ -46,16 +46,16 @@ HD void rates_sum(double *sum, const double *target, const struct hermite_rows *
         }
         if (derivatives > 2) second = dot(v, v) + dot(r, a);
         if (derivatives > 3) third = 3 * dot(v, a) + dot(r, c);
-        struct pair_rates p = pair_rates(derivatives, wide_rsqrt(r2), mass, dot(r, v), second, third);
-        wide alpha3 = wide_whole(3 * p.alpha), alpha6, beta3, alpha9, beta9, gamma3;
+        struct pair_rates p = pair_rates(derivatives, wide_rsqrt3(r2), mass, dot(r, v), second, third);
+        wide alpha3 = wide_whole(p.alpha3), alpha6, beta3, alpha9, beta9, gamma3;
         if (derivatives > 2) {
-            alpha6 = wide_whole(6 * p.alpha);
-            beta3 = wide_whole(3 * p.beta);
+            alpha6 = wide_whole(alpha3 + alpha3);
+            beta3 = wide_whole(p.beta3);
         }
         if (derivatives > 3) {
-            alpha9 = wide_whole(9 * p.alpha);
-            beta9 = wide_whole(9 * p.beta);
-            gamma3 = wide_whole(3 * p.gamma);
+            alpha9 = wide_whole(3 * alpha3);
+            beta9 = wide_whole(3 * beta3);
+            gamma3 = wide_whole(p.gamma3);
         }
         for (int k = 0; k < 3; k++) {
             total[0][k] += p.pull * r[k];
@@ -69,7 +69,7 @@ HD void rates_sum(double *sum, const double *target, const struct hermite_rows *
         }
     }
     for (int d = 0; d < derivatives; d++)
-        for (int k = 0; k < 3; k++) sum[3 * d + k] = lanes(total[d][k]);
+        for (int k = 0; k < 3; k++) sum[3 * d + k] = PAIR_RATES * lanes(total[d][k]);
 }
 
 #define RATES(name, derivatives, bare) \

@@ -81,22 +81,27 @@ HD struct pair pair_spline(real r2, real mass, real support2)
     return p;
 }
 
-/* The first derivatives of the acceleration that a row at r = source - target feels, by those of r: with y = 1/sqrt(r.r plus
- * the softening), rv = r.v, second = v.v + r.a and third = 3 v.a + r.j (a, j: accelerations and jerks, source less
+/* The first derivatives of the acceleration that a row at r = source - target feels, by those of r: with y = sqrt(3/(r.r plus
+ * the softening)), rv = r.v, second = v.v + r.a and third = 3 v.a + r.j (a, j: accelerations and jerks, source less
  * target), and each derivative from the one before (Nitadori & Makino 2008, New Astronomy 13, 498, in Horner's form):
  *   A = pull r,  J = pull j',  S = pull s',  C = pull c',  where
- *   j' = v - 3 alpha r,  s' = a - 6 alpha j' - 3 beta r,  c' = j - 9 alpha s' - 9 beta j' - 3 gamma r.
+ *   j' = v - alpha3 r,  s' = a - 2 alpha3 j' - beta3 r,  c' = j - 3 alpha3 s' - 3 beta3 j' - gamma3 r,
+ * alpha3, beta3, gamma3 being three times theirs: the root of 3 in y saves the products by 3. The sums of pull r and so on
+ * times PAIR_RATES are without it.
  * derivatives: 2 to 4, how many of A, J, S, C are wanted; the factors of the others are not set. */
-struct pair_rates { real pull, alpha, beta, gamma; };
+struct pair_rates { real pull, alpha3, beta3, gamma3; };
+
+#define PAIR_ROOT3 1.7320508075688772
+#define PAIR_RATES 0.19245008972987526      /* 3^(-3/2) */
 
 HD struct pair_rates pair_rates(int derivatives, real y, real mass, real rv, real second, real third)
 {
     real y2 = y * y;
     struct pair_rates p;
-    p.pull = mass * (y * y2);
-    p.alpha = rv * y2;
-    if (derivatives > 2) p.beta = second * y2 + p.alpha * p.alpha;
-    if (derivatives > 3) p.gamma = third * y2 + p.alpha * (3 * p.beta - 4 * p.alpha * p.alpha);
+    p.pull = mass * y * y2;
+    p.alpha3 = rv * y2;
+    if (derivatives > 2) p.beta3 = second * y2 + p.alpha3 * (p.alpha3 * real_splat(1.0 / 3));
+    if (derivatives > 3) p.gamma3 = third * y2 + p.alpha3 * (p.beta3 - p.alpha3 * p.alpha3 * real_splat(4.0 / 9));
     return p;
 }
 

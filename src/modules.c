@@ -16,7 +16,7 @@
 #define COMMANDS(X) \
     X(run) X(check) X(ics) X(force_test) X(info) X(compare) X(convert) X(params) X(chart)
 
-#define CHARTS(X) X(cooling) X(gravity) X(group) X(hermite) X(ranks) X(sph) X(stars) X(step) X(supernova) X(time)
+#define CHARTS(X) X(blocks) X(cooling) X(gravity) X(group) X(hermite) X(ranks) X(sph) X(stars) X(step) X(supernova) X(time)
 
 #define DECLARE(name) extern const struct module name##_module;
 MODULES(DECLARE)

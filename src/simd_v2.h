@@ -29,6 +29,7 @@ typedef int64_t wide_int __attribute__((vector_size(16)));
 HD real real_whole(real x) { __asm__("" : "+x"(x)); return x; }
 HD wide wide_whole(wide x) { __asm__("" : "+x"(x)); return x; }
 HD wide wide_rsqrt(wide x) { return 1 / (wide)_mm_sqrt_pd((__m128d)x); }
+HD wide wide_rsqrt3(wide x) { return 1.7320508075688772 / (wide)_mm_sqrt_pd((__m128d)x); }  /* times the root of 3 */
 
 #define SIMD_GUESS_ERROR 3.7e-4f    /* relative: 1.5 * 2^-12 */
 HD real real_rsqrt_guess(real x) { return (real)_mm_rsqrt_ps((__m128)x); }

@@ -34,6 +34,13 @@ HD wide wide_rsqrt(wide x)
     wide y = (wide)_mm512_rsqrt14_pd((__m512d)x), e = 1 - x * (y * y);
     return y + y * (e * (0.5 + e * (0.375 + e * 0.3125)));
 }
+/* The same times the root of 3, which is in the coefficients. */
+HD wide wide_rsqrt3(wide x)
+{
+    const double root = 1.7320508075688772;
+    wide y = (wide)_mm512_rsqrt14_pd((__m512d)x), e = 1 - x * (y * y);
+    return y * (root + e * (0.5 * root + e * (0.375 * root + e * (0.3125 * root))));
+}
 
 #define SIMD_GUESS_ERROR 6.2e-5f    /* relative: 2^-14 */
 HD real real_rsqrt_guess(real x) { return (real)_mm512_rsqrt14_ps((__m512)x); }
