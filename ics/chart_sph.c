@@ -38,7 +38,7 @@ static const struct param params[] = {
     {"alpha", PARAM_LIST, "", "0.25, 0.5, 1, 1.5", 0, 100, NULL, "sph.alpha; sph.beta is twice that", false,
      offsetof(struct chart_sph, alpha)},
     {"variants", PARAM_TEXT, "",
-     "preset=modern preset=modern+alpha=0.25 preset=modern+alpha=0.75 preset=modern+alpha=1 preset=modern+beta=1 "
+     "preset=modern preset=modern+alpha=0.25 preset=modern+alpha=0.75 preset=modern+alpha=1+alpha_min=0 preset=modern+beta=1 "
      "preset=modern+beta=1.5 preset=modern+beta=3 preset=modern+alpha_min=0 preset=modern+alpha_min=0.2 conduction=0.1 "
      "balsara=off count=smooth viscosity=signal count=smooth+grad_h=on "
      "count=smooth+grad_h=on+equation=entropy kernel=wendland_c2+neighbours=100 kernel=wendland_c4+neighbours=150", 0, 0, NULL,

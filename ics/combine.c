@@ -76,16 +76,22 @@ static void keep_ages(struct sim *sim, const struct object *object, double then)
     for (int64_t i = object->first[STAR]; star->birth && i < star->n; i++) star->birth[i] -= then;
 }
 
-/* Ids of rows that were born, or are children of the second file's, may leave none to children of theirs (species_child). */
-static void number_anew(struct sim *sim)
+/* Ids of rows that were born, or are children of the second file's, may leave none to children of theirs (species_child).
+ * Object by object, so that the ids still tell them apart; returns the largest of the first. */
+static uint64_t number_anew(struct sim *sim, const struct object object[2])
 {
-    uint64_t id = 0;
-    if (largest_id(sim) >> 48 == 0) return;
-    for_species(sim, table)
-        for (int64_t i = 0; i < table->n; i++) {
-            table->id[i] = ++id;
-            if (table->children) table->children[i] = 0;
+    uint64_t id = 0, largest = 0;
+    for (int o = 0; o < 2; o++) {
+        for (int s = 0; s < N_SPECIES; s++) {
+            struct species *table = &sim->species[s];
+            for (int64_t i = object[o].first[s]; i < object[o].first[s] + object[o].n[s]; i++) {
+                table->id[i] = ++id;
+                if (table->children) table->children[i] = 0;
+            }
         }
+        if (o == 0) largest = id;
+    }
+    return largest;
 }
 
 static void combine_make(struct sim *sim, const void *state, int64_t n)
@@ -103,9 +109,8 @@ static void combine_make(struct sim *sim, const void *state, int64_t n)
         keep_ages(sim, &object[o], sim->time.start);
     }
     sim->time.start = 0;
-    if (largest_id(sim) >> 48 == 0)
-        log_line("combine: ids up to %llu are the first object's (profiles.split)", (unsigned long long)first);
-    number_anew(sim);
+    if (largest_id(sim) >> 48 != 0) first = number_anew(sim, object);
+    log_line("combine: ids up to %llu are the first object's (profiles.split)", (unsigned long long)first);
     const double mass = object[0].mass + object[1].mass;
     if (!orbit_place(sim, &combine->orbit, mass, x, v)) return;
     for (int o = 0; o < 2; o++) {

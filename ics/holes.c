@@ -10,7 +10,11 @@ int64_t holes_reserve(struct sim *sim, const struct holes *holes, int64_t n)
 {
     const char *missing = isnan(holes->mass) ? "start.hole_mass" : NULL;
     if (!missing && holes->n > 1 && isnan(holes->distance)) missing = "start.hole_distance";
-    if (holes->n == 0) return n;
+    const bool idle = (holes->n < 1 && !isnan(holes->mass)) || (holes->n < 2 && !isnan(holes->distance));
+    if (idle)
+        problems_add(&sim->problems, "start.holes = %lld: hole_mass has a meaning from 1 on, hole_distance from 2",
+                     (long long)holes->n);
+    if (holes->n == 0) return idle ? 0 : n;
     species_need(&sim->species[STAR], COLUMN_hole);
     if (missing) problems_add(&sim->problems, "%s: give it, since start.holes = %lld", missing, (long long)holes->n);
     else if (holes->n >= n) problems_add(&sim->problems, "start.n = %lld: no rows are left beside %lld black holes", (long long)n,

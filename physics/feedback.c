@@ -151,14 +151,23 @@ static void declare(struct sim *sim, void *state)
     if (isnan(feedback->discrete)) feedback->discrete = 1e3 * CONST_M_SUN / sim->units.mass;
 }
 
-/* Rows without metals at the start of a run become solar in proportion (element_solar). */
+static bool is_zero(const double *values, int64_t n)
+{
+    for (int64_t i = 0; i < n; i++)
+        if (values[i] != 0) return false;
+    return true;
+}
+
+/* Rows without metals at the start of a run get them, and elements that a file with metals does not hold become solar in
+ * proportion to these (element_solar). */
 static void enrich(struct species *s, double metallicity)
 {
-    bool none = true;
-    for (int64_t i = 0; i < s->n; i++) none = none && s->metals[i] == 0;
-    for (int e = 0; e < N_ELEMENTS && none; e++) {
+    if (is_zero(s->metals, s->n))
+        for (int64_t i = 0; i < s->n; i++) s->metals[i] = metallicity * s->mass[i];
+    for (int e = 0; e < N_ELEMENTS; e++) {
         double *element = species_column(s, element_column(e));
-        for (int64_t i = 0; element && i < s->n; i++) element[i] = metallicity * element_solar[e] * s->mass[i];
+        if (!element || element == s->metals || !is_zero(element, s->n)) continue;
+        for (int64_t i = 0; i < s->n; i++) element[i] = element_solar[e] * s->metals[i];
     }
 }
 

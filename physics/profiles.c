@@ -4,6 +4,7 @@
  * separation.csv how far the two objects of an encounter are apart (doc/manual/analysis.md). */
 #include "comm.h"
 #include "layout.h"
+#include "log.h"
 #include "mem.h"
 #include "module.h"
 #include "output.h"
@@ -34,7 +35,7 @@ static const struct param params[] = {
      offsetof(struct profiles, axis)},
     {"within", PARAM_REAL, "length", "none", 1e-300, 1e300, NULL,
      "rows farther from the plane of the rings do not count; default: all do", true, offsetof(struct profiles, within)},
-    {"split", PARAM_COUNT, "", "none", 1, 9e15, NULL,
+    {"split", PARAM_COUNT, "", "none", 1, 281474976710655, NULL,
      "rows up to this id, and what is born of them, are one object, the others a second (merger gives it)", false,
      offsetof(struct profiles, split)},
     {0}
@@ -42,21 +43,38 @@ static const struct param params[] = {
 
 static const struct saved saved[] = {{"species", offsetof(struct profiles, species), sizeof(int64_t)}, {0}};
 
+/* A place and its motion: by centre_of. */
+struct centre { double pos[3], vel[3]; };
+
+/* Rows of one object of an encounter: 0 up to the id `split`, 1 beyond it; -1: all rows. Births leave the lower bits alone
+ * (species_child); only heirs of heirs do not (species_heir). */
+static bool is_of(uint64_t id, int64_t split, int object)
+{
+    return object < 0 || ((id & ((UINT64_C(1) << 48) - 1)) > (uint64_t)split) == (object == 1);
+}
+
+static void check_split(struct sim *sim, int64_t split)
+{
+    int64_t rows[2] = {0};
+    for_species(sim, s)
+        for (int64_t i = 0; i < s->n; i++) rows[is_of(s->id[i], split, 1)]++;
+    for (int o = 0; o < 2; o++)
+        if (rows[o] == 0)
+            problems_add(&sim->problems, "%s: %lld leaves the %s object without rows", scene_place(sim->scene, "profiles", "split"),
+                         (long long)split, o ? "second" : "first");
+    if (sim_state(sim, "cloud_stars"))
+        log_warning("profiles.split: ids of fragments and stars of the third generation on do not tell whose they are; "
+                    "separation.csv counts them with the second object");
+}
+
+/* Here every rank still has all rows. */
 static void begin(struct sim *sim, void *state)
 {
     struct profiles *profiles = state;
     if (profiles->species != 0) return;     /* from a checkpoint: the files have their columns */
     for (int s = 0; s < N_SPECIES; s++)
         if (sim->species[s].n > 0 || sim->species[s].grows) profiles->species |= (int64_t)1 << s;
-}
-
-/* A place and its motion: by centre_of. */
-struct centre { double pos[3], vel[3]; };
-
-/* Rows of one object of an encounter: 0 up to the id `split`, 1 beyond it; -1: all rows. Births leave the lower bits alone. */
-static bool is_of(uint64_t id, int64_t split, int object)
-{
-    return object < 0 || ((id & ((UINT64_C(1) << 48) - 1)) > (uint64_t)split) == (object == 1);
+    if (profiles->split > 0) check_split(sim, profiles->split);
 }
 
 /* Sums over the rows within a reach of a place: mass, mass times offset and velocity, rows; greatest distance of one. */
@@ -297,6 +315,9 @@ static void rings_header(FILE *file, const void *context)
         }
 }
 
+/* 0 where rounding, or a pull that points outwards, leaves less; what is no number stays none. */
+static double root(double square) { return square < 0 ? 0 : sqrt(square); }
+
 static void write_ring(const struct sim *sim, FILE *file, const double s[SUMS], double area)
 {
     const struct units *units = &sim->units;
@@ -304,9 +325,9 @@ static void write_ring(const struct sim *sim, FILE *file, const double s[SUMS], 
     fprintf(file, ",%.0f", s[SUM_ROWS]);
     write_number(file, layout_factor(units, "M L^-2") * m / area);
     write_number(file, v * s[SUM_TURN] / m);
-    write_number(file, v * sqrt(fmax(0, s[SUM_OUT2] / m - out * out)));
+    write_number(file, v * root(s[SUM_OUT2] / m - out * out));
     write_number(file, l * s[SUM_HEIGHT] / m / log(2));     /* sech^2(z/z0) has the mean |z| = z0 ln 2 */
-    write_number(file, v * sqrt(fmax(0, s[SUM_PULL] / m)));
+    write_number(file, v * root(s[SUM_PULL] / m));
 }
 
 static void record_rings(const struct sim *sim, const struct profiles *profiles, const struct centre *c)

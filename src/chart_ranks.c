@@ -81,14 +81,18 @@ static void fit(struct chart_sheet *sheet, const char *what, const struct run *a
         gsl_matrix_set(x, used, 0, 1);
         gsl_vector_set(y, used++, log(value));
     }
-    if (used > TERMS && most[0] > least[0] && most[1] > least[1]) {
+    if (used > TERMS) {
+        const double enough = 1e-3;     /* singular values below this part of the largest: runs that vary one thing alone */
+        size_t rank;
         gsl_multifit_linear_workspace *work = gsl_multifit_linear_alloc(used, TERMS);
         gsl_matrix_view rows = gsl_matrix_submatrix(x, 0, 0, used, TERMS);
         gsl_vector_view values = gsl_vector_subvector(y, 0, used);
-        gsl_multifit_linear(&rows.matrix, &values.vector, c, covariance, &chi2, work);
-        chart_note(sheet, "law: %s = %.4g rows^%.3f ranks^%.3f, rms deviation %.0f %%, "
-                   "%zu runs of %.3g to %.3g rows on %.0f to %.0f ranks", what, exp(gsl_vector_get(c, 0)), gsl_vector_get(c, 1),
-                   gsl_vector_get(c, 2), 100 * sqrt(chi2 / (double)used), used, least[0], most[0], least[1], most[1]);
+        gsl_multifit_linear_tsvd(&rows.matrix, &values.vector, enough, c, covariance, &chi2, &rank, work);
+        if (rank == TERMS)
+            chart_note(sheet, "law: %s = %.4g rows^%.3f ranks^%.3f, rms deviation %.0f %%, "
+                       "%zu runs of %.3g to %.3g rows on %.0f to %.0f ranks", what, exp(gsl_vector_get(c, 0)),
+                       gsl_vector_get(c, 1), gsl_vector_get(c, 2), 100 * sqrt(chi2 / (double)used), used, least[0], most[0],
+                       least[1], most[1]);
         gsl_multifit_linear_free(work);
     }
     gsl_vector_free(c);
