@@ -62,8 +62,9 @@ void walk_want_rows(struct walk *w, int32_t target);
 
 /* What a target has from its parent: sources waiting[first, end), and, unless the view is NULL, an expansion. */
 struct walk_inherited { int64_t first, end; const struct gravity_view *view; const float *local; };
-/* Active rows of all ranks in the first *n cells, those that may hold other ranks' rows; the caller's. All ranks. */
-int64_t *walk_count_active(const struct sim *sim, int32_t *n);
+/* Active rows of all ranks in the first *n cells, those that may hold other ranks' rows; the caller's. All ranks. None are counted
+ * unless it `counts`. */
+int64_t *walk_count_active(const struct sim *sim, bool counts, int32_t *n);
 /* Whether the rows of a target cell are better served one by one, and that (walk_row.c). */
 bool walk_has_few(const struct walk *w, int32_t n);
 void walk_rows(struct walk *w, int32_t n, const struct walk_inherited *from);

@@ -15,12 +15,12 @@ enum { FEW_ROWS = 8 };
 static const float theta_row = 0.7f;    /* reach / distance */
 static const double stricter = 0.4;     /* part of a group's tolerance */
 
-int64_t *walk_count_active(const struct sim *sim, int32_t *n)
+int64_t *walk_count_active(const struct sim *sim, bool counts, int32_t *n)
 {
-    *n = comm_size() == 1 ? 0 : sim->spread ? sim->tree.n_top : sim->tree.n_nodes;
+    *n = comm_size() == 1 || !counts ? 0 : sim->spread ? sim->tree.n_top : sim->tree.n_nodes;
     int64_t *count = mem_array("gravity", int64_t, *n);
     for (int32_t i = 0; i < *n; i++) count[i] = sim->tree.active_count[i];
-    comm_sum_int(count, *n);
+    if (*n > 0) comm_sum_int(count, *n);
     return count;
 }
 

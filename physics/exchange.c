@@ -6,6 +6,7 @@
 #include "conduction.h"
 #include "constants.h"
 #include "deposit.h"
+#include "gravity/contact.h"
 #include "mem.h"
 #include "module.h"
 #include "ranks.h"
@@ -87,6 +88,9 @@ static void declare(struct sim *sim, void *state)
 static void begin(struct sim *sim, void *state)
 {
     struct exchange *x = state;
+    if (gravity_gas_is_adaptive(sim))
+        fail(STATUS_INPUT, "exchange: what a change of softening costs the mass that passes is known for gas of one softening: "
+                           "gravity.softening_adaptive must be off");
     const struct sph *sph = sim_state(sim, "sph");
     const struct species *gas = &sim->species[GAS];
     const double hot = 0.61, cold = 2;      /* mean molecular weights: ionised gas, molecules */

@@ -21,7 +21,12 @@ static const struct param params[] = {
 };
 
 /* One run: its busiest rank by T_total, and the largest figures of any of its ranks but the first, which gathers the files. */
-struct run { char *name; int ranks; double rows, total, bytes, memory, ghost_rows, ghost_cells; struct rank_cost busiest; };
+struct run {
+    char *name;
+    int ranks;
+    double rows, updates, total, bytes, memory, ghost_rows, ghost_cells;
+    struct rank_cost busiest;
+};
 
 static double cpu_of(const struct rank_cost *c) { return c->construction + c->calculation; }
 static double total_of(const struct rank_cost *c) { return cpu_of(c) + c->communication; }
@@ -37,6 +42,7 @@ static struct run read_run(const char *name)
     for (int r = 0; r < run.ranks; r++) {
         const struct rank_cost *c = &cost[r];
         run.rows += c->rows;
+        run.updates += c->updates;
         if (total_of(c) > run.total) {
             run.total = total_of(c);
             run.busiest = *c;
@@ -52,11 +58,15 @@ static struct run read_run(const char *name)
     return run;
 }
 
-/* The run on one rank of so many rows, within a hundredth; NULL if there is none. */
-static const struct run *alone(const struct run *all, int n, double rows)
+static bool is_near(double a, double b) { return fabs(a - b) <= 0.01 * fabs(b); }
+
+/* The run on one rank of so many rows that did as many updates a row (ranks.csv of a run that was continued holds its last part
+ * alone); NULL if there is none. */
+static const struct run *alone(const struct run *all, int n, double rows, const struct run *like)
 {
     for (int k = 0; k < n; k++)
-        if (all[k].ranks == 1 && fabs(all[k].rows / rows - 1) < 0.01) return &all[k];
+        if (all[k].ranks == 1 && is_near(all[k].rows, rows) && is_near(all[k].updates / all[k].rows, like->updates / like->rows))
+            return &all[k];
     return NULL;
 }
 
@@ -121,7 +131,7 @@ static void make(struct chart_sheet *sheet, const void *state)
     mem_free(buffer);
     if (n == 0) fail(STATUS_INPUT, "chart.runs names no run: give the directories of finished runs");
     for (int k = 0; k < n; k++) {
-        const struct run *r = &all[k], *strong = alone(all, n, r->rows), *weak = alone(all, n, r->rows / r->ranks);
+        const struct run *r = &all[k], *strong = alone(all, n, r->rows, r), *weak = alone(all, n, r->rows / r->ranks, r);
         const struct rank_cost *c = &r->busiest;
         chart_row(sheet, "%s,%.0f,%d,%.3g,%.4f,%.4f,%.4f,%.4f,%.4f,%.3f,%.3f,%.3f,%.0f,%.0f,%.0f,%.0f", r->name, r->rows, r->ranks,
                   r->rows / r->ranks, c->construction, c->calculation, c->communication, c->wait, r->total,

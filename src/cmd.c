@@ -4,6 +4,7 @@
 #include "comm.h"
 #include "device.h"
 #include "isa.h"
+#include "log.h"
 #include "mem.h"
 #include "module.h"
 #include "start.h"
@@ -109,6 +110,13 @@ void cmd_open_device(const struct cmd_options *options, struct sim *sim)
     if (choice < 0) fail(STATUS_INPUT, "--device %s: expects auto, cpu or cuda", options->device);
     sim->device = device_open((enum device_choice)choice);
     sim->device_needed = choice == DEVICE_CUDA;
+    double everywhere = sim->device != NULL;    /* modules decide by it, and all ranks must decide alike */
+    comm_min(&everywhere, 1);
+    if (sim->device && !(everywhere > 0)) {
+        log_line("device: another rank found none: all compute on the CPU");
+        device_close(sim->device);
+        sim->device = NULL;
+    }
 }
 
 struct scene *cmd_scene(const struct cmd_options *options, const char *path)
