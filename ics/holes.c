@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Black holes of holes.h. */
 #include "holes.h"
+#include "log.h"
 #include "rows.h"
 #include <math.h>
 
@@ -10,11 +11,9 @@ int64_t holes_reserve(struct sim *sim, const struct holes *holes, int64_t n)
 {
     const char *missing = isnan(holes->mass) ? "start.hole_mass" : NULL;
     if (!missing && holes->n > 1 && isnan(holes->distance)) missing = "start.hole_distance";
-    const bool idle = (holes->n < 1 && !isnan(holes->mass)) || (holes->n < 2 && !isnan(holes->distance));
-    if (idle)
-        problems_add(&sim->problems, "start.holes = %lld: hole_mass has a meaning from 1 on, hole_distance from 2",
-                     (long long)holes->n);
-    if (holes->n == 0) return idle ? 0 : n;
+    if ((holes->n < 1 && !isnan(holes->mass)) || (holes->n < 2 && !isnan(holes->distance)))
+        log_warning("start.holes = %lld: hole_mass acts from 1 on, hole_distance from 2", (long long)holes->n);
+    if (holes->n == 0) return n;
     species_need(&sim->species[STAR], COLUMN_hole);
     if (missing) problems_add(&sim->problems, "%s: give it, since start.holes = %lld", missing, (long long)holes->n);
     else if (holes->n >= n) problems_add(&sim->problems, "start.n = %lld: no rows are left beside %lld black holes", (long long)n,

@@ -58,7 +58,7 @@ expect_status 2 tephra check "$scene" --set start.n=2
 expect_text 'no rows are left' err
 expect_status 0 tephra check "$scene" --set start.n=100
 expect_text 'needs regularisation' err
-expect_status 2 tephra check "$scene" --set start.n=100 --set start.holes=0; expect_text "hole_mass has a meaning from 1 on" err
-expect_status 0 tephra check "$scene" --set start.n=100 --set start.holes=0 --set start.hole_mass=none --set start.hole_distance=none
+expect_status 0 tephra check "$scene" --set start.n=100 --set start.holes=0
+expect_text 'hole_mass acts from 1 on' err
 expect_text 'the start has none' err
 finish

@@ -47,7 +47,7 @@ for word in units.length start.n start.cut time.end output.snapshot_every gravit
 done
 expect_status 0 tephra params gravity
 expect_text gravity.accuracy out_text
-grep -q sph. out_text && fail 'params gravity prints another block'
+grep -q '^  sph[.]' out_text && fail 'params gravity prints another block'
 expect_status 0 tephra params --roff
 expect_text '^.SH PARAMETERS' out_text
 expect_status 2 tephra params gravty;                   expect_text 'did you mean "gravity"' err

@@ -13,7 +13,7 @@ often="--set start.n=2000 --set time.end=0.4 --set output.snapshot_every=0.025 -
 # A killed rank ends the run, mpirun says which it was; every file that has its name is whole, and the run goes on from the last
 # checkpoint to the same end. Killed at different moments, so that files being written are met too.
 expect_status 0 tephra run "$scene" $often --out whole
-for more in 0 0.13 0.29; do
+for more in 0 0.2; do
     rm -rf killed
     mpirun -n 2 --oversubscribe tephra run "$scene" $often --out killed >said 2>&1 &
     job=$!
@@ -44,7 +44,7 @@ gravity: {softening: 0.001, solver: fmm}
 sph: {}
 END
     expect_status 0 tephra run "$1.yml" --threads 1 --out "$1-alone"
-    for ranks in 2 4; do
+    for ranks in 3; do
         expect_status 0 mpirun -n $ranks --oversubscribe tephra run "$1.yml" --threads 1 --out "$1-$ranks"
         grep -q 'every rank holds all' "$1-$ranks/log.txt" && fail "$1: not spread"
         same "$1-alone/snapshot_002.hdf5" "$1-$ranks/snapshot_002.hdf5"
