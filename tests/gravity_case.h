@@ -55,8 +55,8 @@ static inline double (*rows_exact(struct rows rows, double eps, enum softening_f
     return sum;
 }
 
-/* Dark rows under `settings` ("solver=tree opening_angle=0.5 ..."), with their forces. */
-static inline struct sim *rows_forces(struct rows rows, const char *settings)
+/* Without rows yet, under `settings` ("solver=tree opening_angle=0.5 ..."). */
+static inline struct sim *gravity_sim(const char *settings)
 {
     struct scene *scene = scene_new(".");
     struct problems problems = {0};
@@ -71,6 +71,13 @@ static inline struct sim *rows_forces(struct rows rows, const char *settings)
     mem_free(list);
     struct sim *sim = sim_new(scene, SIM_FORCES);
     assert_int_equal(problems.count + sim->problems.count, 0);
+    return sim;
+}
+
+/* Dark rows with their forces. */
+static inline struct sim *rows_forces(struct rows rows, const char *settings)
+{
+    struct sim *sim = gravity_sim(settings);
     struct species *s = &sim->species[DARK];
     species_reserve(s, rows.n);
     s->n = s->n_own = rows.n;

@@ -21,21 +21,7 @@ static struct sim *new_sim(const char *const *set)
     return scene_case_make(fixed, set);
 }
 
-struct tap { struct energy_sink sink; const char *name; double sum; };
-
-static void pick(struct energy_sink *sink, const char *column, double value)
-{
-    struct tap *tap = (struct tap *)sink;
-    if (!tap->name || strncmp(column, tap->name, strlen(tap->name)) == 0) tap->sum += value;
-}
-
-static double told(struct sim *sim, const char *name)
-{
-    struct tap tap = {{pick}, name, 0};
-    for (int u = 0; u < sim->n_use; u++)
-        if (sim->use[u].module->energy) sim->use[u].module->energy(sim, sim->use[u].state, &tap.sink);
-    return tap.sum;
-}
+static double told(struct sim *sim, const char *name) { return scene_case_energy(sim, name); }
 
 enum { MASS, MOMENTUM, CENTRE = MOMENTUM + 3, KINETIC = CENTRE + 3, METALS, N_SUMS };
 

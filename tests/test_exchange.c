@@ -24,28 +24,13 @@ static struct sim *new_sim(const char *const *set)
     return scene_case_make(fixed, set);
 }
 
-struct tap { struct energy_sink sink; const char *name; double sum; };
-
-static void pick(struct energy_sink *sink, const char *column, double value)
-{
-    struct tap *tap = (struct tap *)sink;
-    if (!tap->name || strncmp(column, tap->name, strlen(tap->name)) == 0) tap->sum += value;
-}
-
-static double told(struct sim *sim, const char *name)
-{
-    struct tap tap = {{pick}, name, 0};
-    for (int u = 0; u < sim->n_use; u++)
-        if (strcmp(sim->use[u].module->name, "exchange") == 0) sim->use[u].module->budget(sim, sim->use[u].state, &tap.sink);
-    return tap.sum;
-}
+static double told(struct sim *sim, const char *name) { return scene_case_budget(sim, "exchange", name); }
 
 /* Of all rows now, with thermal energy and what is booked. */
 enum { MASS, MOMENTUM, ENERGY = MOMENTUM + 3, METALS, N_SUMS };
 
 static void sum_all(struct sim *sim, double sum[N_SUMS])
 {
-    struct tap tap = {{pick}, NULL, 0};
     memset(sum, 0, N_SUMS * sizeof *sum);
     for_species(sim, s)
         for (int64_t i = 0; i < s->n; i++) {
@@ -58,9 +43,7 @@ static void sum_all(struct sim *sim, double sum[N_SUMS])
                 sum[ENERGY] += 0.5 * s->mass[i] * v * v;
             }
         }
-    for (int u = 0; u < sim->n_use; u++)
-        if (sim->use[u].module->energy) sim->use[u].module->energy(sim, sim->use[u].state, &tap.sink);
-    sum[ENERGY] += tap.sum;
+    sum[ENERGY] += scene_case_energy(sim, NULL);
 }
 
 /* Events until it has happened, with gas rows at the end and in the midst of their steps. */

@@ -12,22 +12,7 @@
 #include <string.h>
 #include <cmocka.h>
 
-struct tap { struct energy_sink sink; const char *name; double value; };
-
-static void pick(struct energy_sink *sink, const char *column, double value)
-{
-    struct tap *tap = (struct tap *)sink;
-    if (strncmp(column, tap->name, strlen(tap->name)) == 0) tap->value = value;
-}
-
-static double told(struct sim *sim, const char *name)
-{
-    struct tap tap = {{pick}, name, NAN};
-    for (int u = 0; u < sim->n_use; u++)
-        if (strcmp(sim->use[u].module->name, "phases") == 0) sim->use[u].module->budget(sim, sim->use[u].state, &tap.sink);
-    assert_false(isnan(tap.value));
-    return tap.value;
-}
+static double told(struct sim *sim, const char *name) { return scene_case_budget(sim, "phases", name); }
 
 static void assert_near(double value, double wanted)
 {

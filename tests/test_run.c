@@ -6,7 +6,7 @@
 #include "module.h"
 #include "output.h"
 #include "run.h"
-#include "start.h"
+#include "scene_case.h"
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -84,18 +84,9 @@ const struct command *const command_list[] = {NULL};
 
 static struct sim *new_sim(const char *const *set)
 {
-    struct problems problems = {0};
-    struct scene *scene = scene_new(".");
     const char *const fixed[] = {"units={}", "units.G=1", "start={}", "start.generator=orbit", "start.n=4", "time={}",
                                  "output={}", "central={}", NULL};
-    for (const char *const *s = fixed; *s; s++) scene_set(scene, *s, &problems);
-    for (const char *const *s = set; *s; s++) scene_set(scene, *s, &problems);
-    problems_report(&problems);
-    struct sim *sim = sim_new(scene, SIM_RUN);
-    problems_report(&sim->problems);
-    start_load(sim);
-    sim_begin(sim);
-    return sim;
+    return scene_case_make(fixed, set);
 }
 
 static double energy(const struct species *s, int64_t i)

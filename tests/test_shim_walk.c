@@ -3,20 +3,8 @@
  * the same lists (counted), the same forces to the rounding of floats; bit for bit between shapes of the
  * launch; a part of the rows active; rows at one place; a full device. */
 #include "device.h"
-#include "gravity/gravity.h"
 #include "gravity/walk.h"
-#include "mem.h"
-#include "module.h"
-#include "random.h"
-#include "scene.h"
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-#include <cmocka.h>
+#include "gravity_case.h"
 
 /* Where row i of n lies, and its species. */
 typedef enum species_kind maker(double pos[3], int64_t i, int64_t n);
@@ -44,19 +32,7 @@ static enum species_kind heaped(double pos[3], int64_t i, int64_t n)
 /* Forces and potentials of n rows under `settings` ("solver=tree order=2 ..."). */
 static struct sim *make(int64_t n, maker *place, const char *settings, struct device *device)
 {
-    struct scene *scene = scene_new(".");
-    struct problems problems = {0};
-    scene_set(scene, "units={}", &problems);
-    scene_set(scene, "gravity={}", &problems);
-    char *list = mem_text("test", settings), *rest = NULL;
-    for (char *word = strtok_r(list, " ", &rest); word; word = strtok_r(NULL, " ", &rest)) {
-        char *assignment = mem_format("test", "gravity.%s", word);
-        scene_set(scene, assignment, &problems);
-        mem_free(assignment);
-    }
-    mem_free(list);
-    struct sim *sim = sim_new(scene, SIM_FORCES);
-    assert_int_equal(problems.count + sim->problems.count, 0);
+    struct sim *sim = gravity_sim(settings);
     for (int k = 0; k < N_SPECIES; k++) species_reserve(&sim->species[k], n);
     for (int64_t i = 0; i < n; i++) {
         double pos[3];

@@ -177,22 +177,7 @@ static void test_tie(void **unused)
 
 /* --- gases of clouds --- */
 
-struct tap { struct energy_sink sink; const char *name; double value; };
-
-static void pick(struct energy_sink *sink, const char *column, double value)
-{
-    struct tap *tap = (struct tap *)sink;
-    if (strncmp(column, tap->name, strlen(tap->name)) == 0) tap->value = value;
-}
-
-static double told(struct sim *sim, const char *name)
-{
-    struct tap tap = {{pick}, name, NAN};
-    for (int u = 0; u < sim->n_use; u++)
-        if (strcmp(sim->use[u].module->name, "clouds") == 0) sim->use[u].module->budget(sim, sim->use[u].state, &tap.sink);
-    assert_false(isnan(tap.value));
-    return tap.value;
-}
+static double told(struct sim *sim, const char *name) { return scene_case_budget(sim, "clouds", name); }
 
 static double kinetic(const struct sim *sim)
 {
@@ -303,11 +288,7 @@ static void test_haff(void **unused)
         double start = kinetic(sim), sigma = sqrt(2 * start / (3 * 1000 * 1e-4));
         run_out(sim);
         mean_add(&rate, (sqrt(start / kinetic(sim)) - 1) * 7 / sigma);
-        double lost = start - kinetic(sim), booked = 0;
-        struct tap tap = {{pick}, "radiated_clouds", NAN};
-        for (int u = 0; u < sim->n_use; u++)
-            if (strcmp(sim->use[u].module->name, "clouds") == 0) sim->use[u].module->energy(sim, sim->use[u].state, &tap.sink);
-        booked = tap.value;
+        double lost = start - kinetic(sim), booked = scene_case_energy(sim, "radiated_clouds");
         assert_true(fabs(lost / booked - 1) < 1e-12);
         sim_free(sim);
     }
