@@ -4,12 +4,12 @@
  * without softening and without what lies between them. See doc/manual/black-holes.md. */
 #include "black_holes.h"
 #include "comm.h"
-#include "layout.h"
+#include "file/layout.h"
+#include "file/series.h"
 #include "log.h"
 #include "mem.h"
 #include "module.h"
 #include "output.h"
-#include "series.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

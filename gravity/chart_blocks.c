@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * `tephra chart blocks`: how many stars of a cluster end their steps together, and the number of steps, against the
  * number of stars, with each scheme's default eta (Harfst et al. 2007, New Astronomy 12, 357: N_act goes as N^(2/3)). */
-#include "chart.h"
+#include "draw/chart.h"
 #include "hermite.h"
 #include "mem.h"
 #include <math.h>

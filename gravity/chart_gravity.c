@@ -2,7 +2,7 @@
  * `tephra chart gravity`: errors of forces against their CPU time: solvers, orders, openings, sizes of groups
  * and leaves, precision, and the settings that `accuracy` picks, beside what others need; errors against
  * radius. The table of `accuracy` (check.c) names rows of the shipped doc/charts/gravity.csv. */
-#include "chart.h"
+#include "draw/chart.h"
 #include "gravity.h"
 #include "log.h"
 #include "mem.h"

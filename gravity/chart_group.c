@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * `tephra chart group`: time of the tree with grouped lists against the largest number of rows that share a
  * list, N_GR (Makino 1991): long lists are more pairs, short ones are more walks. */
-#include "chart.h"
+#include "draw/chart.h"
 #include "gravity.h"
 #include "log.h"
 #include "mem.h"

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * `tephra chart hermite`: the error of the energy of a star cluster against the time it took, by order, eta and
  * iterations (the slides' "4th vs. 6th"), and the blocks of rows that step together. */
-#include "chart.h"
+#include "draw/chart.h"
 #include "gravity.h"
 #include "mem.h"
 #include "output.h"

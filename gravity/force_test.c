@@ -2,16 +2,16 @@
  * `tephra force-test`: accelerations of the rows of a file, their cost, and their relative errors
  * against direct sums in double on a sample. A first force, not counted, gives the fmm the
  * accelerations that its opening compares with, and holds the self-check. */
-#include "cmd.h"
 #include "comm.h"
+#include "command/cmd.h"
+#include "file/h5.h"
+#include "file/start_file.h"
 #include "gravity.h"
-#include "h5.h"
 #include "log.h"
 #include "mem.h"
 #include "module.h"
 #include "profile.h"
 #include "ranks.h"
-#include "start_file.h"
 #include <math.h>
 #include <omp.h>
 #include <stdio.h>

@@ -2,7 +2,7 @@
  * `tephra chart sph`: L1 error of density, velocity and pressure against CPU time on flows that are known
  * exactly (exact.h), one setting of the gas changed at a time. L1 is the mean of |found - exact| over the
  * gas' volume, in parts of the largest exact value; of the wave, of its perturbation. */
-#include "chart.h"
+#include "draw/chart.h"
 #include "exact.h"
 #include "mem.h"
 #include "output.h"

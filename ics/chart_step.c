@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * `tephra chart step`: where the time of one step goes, by modules, against the number of particles: the
  * slides' chart of one time step. All rows are active and the tree is built anew. */
-#include "chart.h"
+#include "draw/chart.h"
 #include "mem.h"
 #include "module.h"
 #include "profile.h"

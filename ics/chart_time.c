@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * `tephra chart time`: the error of the energy against the forces it took, for each integrator with
  * steps of their own or common ones, on scenes that are hard on an integrator. */
-#include "chart.h"
+#include "draw/chart.h"
 #include "mem.h"
 #include "output.h"
 #include <math.h>

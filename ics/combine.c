@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Two objects from files, whatever they are made of, on a Kepler orbit about their common centre of mass (orbit.h). */
+#include "file/start_file.h"
 #include "log.h"
 #include "orbit.h"
-#include "start_file.h"
 
 struct combine { char *file[2]; struct orbit orbit; };
 

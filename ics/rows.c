@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Rows of a generator: see rows.h. */
 #include "rows.h"
-#include "layout.h"
+#include "file/layout.h"
 #include <math.h>
 
 struct rows rows_add(struct sim *sim, enum species_kind kind, int64_t n, double mass)

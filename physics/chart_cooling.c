@@ -2,9 +2,9 @@
  * `tephra chart cooling`: error against CPU time of ways to integrate du/dt = heating - rho Q(u) over one step, from
  * short steps to a hundred cooling times: the program's own, explicit sub-steps that change u by a part at most, and a
  * backward Euler step whose root is found by bisection. */
-#include "chart.h"
 #include "cooling_curve.h"
 #include "data.h"
+#include "draw/chart.h"
 #include "mem.h"
 #include "profile.h"
 #include "random.h"

@@ -2,7 +2,7 @@
  * `tephra chart stars`: what steps cost and spare where stars form and where they return. `formation`: the energy error of a ball
  * of gas that collapses into stars (doc/manual/star-formation.md), root mean square of several balls. `populations`: thermal
  * energy that gas has left beside stars which age 50 Myr (ics/ssp_box.yml), against steps half as long as the shortest. */
-#include "chart.h"
+#include "draw/chart.h"
 #include "energy.h"
 #include "output.h"
 #include <math.h>

@@ -2,9 +2,9 @@
  * `tephra chart supernova`: what is left of a supernova in gas that cools, against the density of the gas and the mass of its
  * rows: the radial momentum after five times the time at which the shell forms, and the energy that is still kinetic or in
  * hot gas (ics/supernova.yml in boxes of its size). */
-#include "chart.h"
 #include "constants.h"
-#include "layout.h"
+#include "draw/chart.h"
+#include "file/layout.h"
 #include "mem.h"
 #include "supernova.h"
 #include <math.h>

@@ -3,7 +3,7 @@
  * friends (Davis, Efstathiou, Frenk & White 1985, ApJ 292, 371) and listed in clumps_NNN.csv. Two rows are friends
  * within `linking` mean distances of rows at the threshold. */
 #include "comm.h"
-#include "layout.h"
+#include "file/layout.h"
 #include "log.h"
 #include "mem.h"
 #include "module.h"

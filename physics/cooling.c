@@ -6,7 +6,7 @@
 #include "comm.h"
 #include "cooling_curve.h"
 #include "data.h"
-#include "layout.h"
+#include "file/layout.h"
 #include "log.h"
 #include "mem.h"
 #include "module.h"

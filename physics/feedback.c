@@ -5,7 +5,7 @@
 #include "comm.h"
 #include "constants.h"
 #include "deposit.h"
-#include "layout.h"
+#include "file/layout.h"
 #include "log.h"
 #include "mem.h"
 #include "module.h"

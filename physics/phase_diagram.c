@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * The module `phase_diagram`: at every snapshot the mass of the gas by density and temperature, as a table and as a
  * picture (doc/manual/cooling.md, section 7). */
-#include "canvas.h"
 #include "comm.h"
 #include "constants.h"
-#include "layout.h"
+#include "draw/canvas.h"
+#include "file/layout.h"
 #include "mem.h"
 #include "module.h"
 #include "output.h"

@@ -4,7 +4,7 @@
 #include "clouds.h"
 #include "comm.h"
 #include "constants.h"
-#include "layout.h"
+#include "file/layout.h"
 #include "mem.h"
 #include "module.h"
 #include "output.h"

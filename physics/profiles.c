@@ -3,12 +3,12 @@
  * that hold given parts of each species, rings.csv surface density, rotation and height of each in rings about an axis,
  * separation.csv how far the two objects of an encounter are apart (doc/manual/analysis.md). */
 #include "comm.h"
-#include "layout.h"
+#include "file/layout.h"
+#include "file/series.h"
 #include "log.h"
 #include "mem.h"
 #include "module.h"
 #include "output.h"
-#include "series.h"
 #include <math.h>
 #include <string.h>
 

@@ -2,8 +2,8 @@
  * The rows of budget.csv. */
 #include "budget.h"
 #include "comm.h"
+#include "file/series.h"
 #include "module.h"
-#include "series.h"
 #include <string.h>
 
 enum { COLUMNS = 128, NAME = 48 };

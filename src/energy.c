@@ -2,10 +2,10 @@
  * The sums of energy.csv. */
 #include "energy.h"
 #include "comm.h"
-#include "layout.h"
+#include "file/layout.h"
+#include "file/series.h"
 #include "mem.h"
 #include "module.h"
-#include "series.h"
 #include "sum.h"
 #include <math.h>
 #include <stdio.h>

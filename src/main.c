@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * The command line: finds the command and runs it. */
-#include "cmd.h"
 #include "comm.h"
+#include "command/cmd.h"
 #include "log.h"
 #include "module.h"
 #include "version.h"

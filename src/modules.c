@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * The one list: what the program consists of. Nothing else in src/ names a physics. The order of the
  * modules is their order within a hook. */
-#include "chart.h"
+#include "draw/chart.h"
 #include "module.h"
 
 #define MODULES(X) \

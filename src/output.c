@@ -3,8 +3,9 @@
  * energies, snapshots, pictures and checkpoints as they are due; between them a line of progress. */
 #include "output.h"
 #include "budget.h"
-#include "checkpoint.h"
 #include "comm.h"
+#include "file/checkpoint.h"
+#include "file/snapshot.h"
 #include "ghosts.h"
 #include "log.h"
 #include "mem.h"
@@ -12,7 +13,6 @@
 #include "profile.h"
 #include "ranks.h"
 #include "signals.h"
-#include "snapshot.h"
 #include "steps.h"
 #include <math.h>
 #include <stdio.h>

@@ -2,8 +2,8 @@
  * The block `output`: what a run writes into its directory, and when. */
 #ifndef TEPHRA_OUTPUT_H
 #define TEPHRA_OUTPUT_H
+#include "draw/picture.h"
 #include "energy.h"
-#include "picture.h"
 
 struct output {
     double snapshot_every, energy_every, picture_every, checkpoint_every, energy_limit, mass_limit;

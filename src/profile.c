@@ -2,10 +2,10 @@
  * The profile of a run. */
 #include "profile.h"
 #include "comm.h"
+#include "file/text_file.h"
 #include "ghosts.h"
 #include "mem.h"
 #include "module.h"
-#include "text_file.h"
 #include <errno.h>
 #include <string.h>
 #include <time.h>

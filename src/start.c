@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * The block `start`. */
 #include "start.h"
+#include "file/start_file.h"
 #include "log.h"
 #include "mem.h"
 #include "module.h"
-#include "start_file.h"
 #include <stdio.h>
 #include <string.h>
 

@@ -3,7 +3,7 @@
  * turns the steps that the modules allow into rungs and looks for numbers that failed. */
 #include "steps.h"
 #include "comm.h"
-#include "layout.h"
+#include "file/layout.h"
 #include "log.h"
 #include "mem.h"
 #include "module.h"

@@ -2,7 +2,7 @@
  * CPU time of gravity in a step of which few rows are active: refitting of the tree and the cells, nanoseconds a row of
  * the set; walk and evaluation, microseconds an active row. Active rows lie next to each other in key order (a dense
  * part), or apart, by turns. And what potentials add to a force of all rows. Usage: bench_active [N [ACCURACY]]. A Plummer sphere, eps = 0.01. */
-#include "chart.h"
+#include "draw/chart.h"
 #include "gravity/gravity.h"
 #include "log.h"
 #include "module.h"

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * src/chart.c, chart_draw.c: rows become CSV as they are, pictures show series where they lie; several
  * simulations in one process leave no memory behind, and each is as if it were alone. */
-#include "canvas.h"
-#include "chart_sheet.h"
+#include "draw/canvas.h"
+#include "draw/chart_sheet.h"
 #include "mem.h"
 #include "output.h"
 #include <math.h>

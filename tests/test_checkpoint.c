@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * src/checkpoint.c: a simulation comes back bit for bit, and what does not fit is refused by name. */
-#include "checkpoint.h"
-#include "h5.h"
+#include "file/checkpoint.h"
+#include "file/h5.h"
 #include "log.h"
 #include "mem.h"
 #include "module.h"

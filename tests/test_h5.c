@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * src/h5.c: what is written is read back; damage, absence and a full disk each give one sentence. */
-#include "h5.h"
 #include "fail.h"
+#include "file/h5.h"
 #include "mem.h"
 #include <setjmp.h>
 #include <signal.h>

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * src/surface.c, src/canvas.c, src/picture.c: maps conserve mass and follow the kernel whatever its
  * width, text leaves ink where it should, pictures are PNG files with a frame that stays. */
-#include "canvas.h"
+#include "draw/canvas.h"
+#include "draw/picture.h"
+#include "draw/surface.h"
 #include "fail.h"
 #include "log.h"
 #include "mem.h"
-#include "picture.h"
-#include "surface.h"
 #include <math.h>
 #include <omp.h>
 #include <png.h>

@@ -4,13 +4,13 @@
 #include "comm.h"
 #include "constants.h"
 #include "fail.h"
-#include "h5.h"
-#include "layout.h"
+#include "file/h5.h"
+#include "file/layout.h"
+#include "file/snapshot.h"
+#include "file/start_file.h"
 #include "log.h"
 #include "mem.h"
 #include "module.h"
-#include "snapshot.h"
-#include "start_file.h"
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>

@@ -1,17 +1,17 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * `tephra run`: a run from its scene, or its continuation from a checkpoint. */
-#include "checkpoint.h"
 #include "cmd.h"
 #include "comm.h"
+#include "file/checkpoint.h"
+#include "file/series.h"
+#include "file/text_file.h"
 #include "log.h"
 #include "mem.h"
 #include "module.h"
 #include "output.h"
 #include "run.h"
-#include "series.h"
 #include "signals.h"
 #include "start.h"
-#include "text_file.h"
 #include "version.h"
 #include <errno.h>
 #include <omp.h>

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * `tephra info`: what a snapshot, a checkpoint or another code's file holds. */
 #include "cmd.h"
-#include "formats.h"
-#include "h5.h"
-#include "layout.h"
+#include "file/formats.h"
+#include "file/h5.h"
+#include "file/layout.h"
+#include "file/tables.h"
 #include "mem.h"
 #include "module.h"
-#include "tables.h"
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>

@@ -4,7 +4,7 @@
 #include "canvas.h"
 #include "comm.h"
 #include "constants.h"
-#include "layout.h"
+#include "file/layout.h"
 #include "mem.h"
 #include "surface.h"
 #include <math.h>

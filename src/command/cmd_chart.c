@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * `tephra chart`: runs a chart and writes its CSV file and its picture. Keys are those of the chart, as
  * a scene would write them. */
-#include "chart_sheet.h"
 #include "cmd.h"
 #include "comm.h"
+#include "draw/chart_sheet.h"
+#include "file/text_file.h"
 #include "mem.h"
 #include "module.h"
-#include "text_file.h"
 #include <errno.h>
 #include <string.h>
 #include <unistd.h>

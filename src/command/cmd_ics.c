@@ -3,10 +3,10 @@
  * would write them; units.* say what they are measured in. */
 #include "cmd.h"
 #include "comm.h"
+#include "file/snapshot.h"
 #include "log.h"
 #include "mem.h"
 #include "module.h"
-#include "snapshot.h"
 #include "start.h"
 #include <stdio.h>
 #include <string.h>

@@ -2,16 +2,16 @@
  * `tephra convert`: rows of a file of any format that can be read, in another that its name tells. */
 #include "cmd.h"
 #include "comm.h"
-#include "formats.h"
-#include "h5.h"
-#include "layout.h"
+#include "file/formats.h"
+#include "file/h5.h"
+#include "file/layout.h"
+#include "file/snapshot.h"
+#include "file/start_file.h"
+#include "file/text_file.h"
 #include "log.h"
 #include "mem.h"
 #include "module.h"
-#include "snapshot.h"
 #include "start.h"
-#include "start_file.h"
-#include "text_file.h"
 #include <errno.h>
 #include <string.h>
 #include <unistd.h>

@@ -2,12 +2,12 @@
  * `tephra compare`: the data sets of two files, row by row of equal id. Ends with 0 if they are
  * equal (to the last bit, or within --tolerance of the data set's largest number), else with 3. */
 #include "cmd.h"
-#include "formats.h"
-#include "h5.h"
+#include "file/formats.h"
+#include "file/h5.h"
+#include "file/tables.h"
 #include "mem.h"
 #include "module.h"
 #include "sort.h"
-#include "tables.h"
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * `tephra params`: what may stand in a scene, printed from the tables that read it. */
-#include "chart.h"
+#include "draw/chart.h"
 #include "fail.h"
 #include "module.h"
 #include "start.h"
