@@ -186,6 +186,10 @@ static void read_entry(const struct scene_entry *entry, const char *block, const
         problems_add(problems, "%s: %s.%s: has no value", entry->place, block, param->name);
         return;
     }
+    if (entry->list && param->type != PARAM_LIST && param->type != PARAM_TEXT) {
+        problems_add(problems, "%s: %s.%s: expects one value, not the list [%s]", entry->place, block, param->name, entry->value);
+        return;
+    }
     char *working = entry->typed ? getcwd(NULL, 0) : NULL;
     const struct context here = {working ? working : context->folder, context->units, context->preset};
     char *why = parse_value(&here, param, entry->value, field);

@@ -111,6 +111,7 @@ static void set_entry(struct scene_block *block, struct scene_entry given)
     entry->value = copy(given.value);
     entry->place = copy(given.place);
     entry->typed = given.typed;
+    entry->list = given.list;
 }
 
 static void free_block(struct scene_block *block)
@@ -132,7 +133,7 @@ static void remove_block(struct scene *scene, struct scene_block *block)
     scene->n--;
 }
 
-/* Belongs to the caller; NULL with a problem. A list [a, b] is the text "a, b", as it is typed after --set. */
+/* Belongs to the caller; NULL with a problem. */
 static char *value_of(struct source *source, const yaml_node_t *node, const char *what)
 {
     char *all = NULL;
@@ -156,11 +157,12 @@ static void read_entry(struct source *source, struct scene_block *block, const y
     if (!key) return;
     char *place = place_of(source, key_node), *what = mem_format("scene", "%s.%s", block->name, key);
     const struct scene_entry *earlier = find_entry(block, key);
-    char *value = value_of(source, yaml_document_get_node(&source->document, pair->value), what);
+    const yaml_node_t *value_node = yaml_document_get_node(&source->document, pair->value);
+    char *value = value_of(source, value_node, what);
     if (earlier && source->path)
         problems_add(source->problems, "%s: %s: given twice, first at %s", place, what, earlier->place);
     else if (value)
-        set_entry(block, (struct scene_entry){(char *)key, value, place, !source->path});
+        set_entry(block, (struct scene_entry){(char *)key, value, place, !source->path, value_node->type == YAML_SEQUENCE_NODE});
     mem_free(value);
     mem_free(place);
     mem_free(what);
@@ -331,7 +333,7 @@ bool scene_default(struct scene *scene, const char *block, const char *key, cons
 {
     struct scene_block *found = scene_find(scene, block);
     if (!found || find_entry(found, key)) return false;
-    set_entry(found, (struct scene_entry){(char *)key, (char *)value, (char *)place, false});
+    set_entry(found, (struct scene_entry){.key = (char *)key, .value = (char *)value, .place = (char *)place});
     return true;
 }
 
@@ -341,7 +343,7 @@ static void set_key(struct scene *scene, const char *name, const char *key, cons
 {
     struct scene_block *block = scene_find(scene, name);
     if (block) {
-        set_entry(block, (struct scene_entry){(char *)key, (char *)value, (char *)place_of_set(scene), true});
+        set_entry(block, (struct scene_entry){(char *)key, (char *)value, (char *)place_of_set(scene), true, false});
         return;
     }
     const char **names = mem_array("scene", const char *, scene->n + 1);

@@ -11,6 +11,7 @@ struct scene_entry {
     char *key, *value;
     char *place;        /* "evrard.yml:12", "--set", "command line" */
     bool typed;         /* on the command line: relative paths start from the working directory */
+    bool list;          /* written as [a, b]; the value is "a, b", as it is typed after --set */
 };
 struct scene_block { char *name; char *place; struct scene_entry *entry; int n; };
 struct scene {

@@ -108,6 +108,7 @@ static void test_messages(void **state)
         {"softening: 3 kpc", false, "gravity.softening = 3 kpc: has a unit (kpc), but the scene is dimensionless"},
         {"softening: -3 pc", true, "gravity.softening = -3 pc: must lie in 0 ... 1e30 in code units"},
         {"softening: abc", false, "gravity.softening = abc: is not a number"},
+        {"softening: [1]", false, "gravity.softening: expects one value, not the list [1]"},
         {"softening: 0.7abc", false, "gravity.softening = 0.7abc: unknown unit \"abc\""},
         {"softening: nan", false, "gravity.softening = nan: is not a number"},
         {"softening: 1e31", false, "must lie in"},
