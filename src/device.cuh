@@ -7,8 +7,6 @@ extern "C" {
 #include "device.h"
 
 cudaStream_t device_stream(const struct device *device);
-/* Nothing went wrong yet, as far as is known without waiting. */
-bool device_sound(const struct device *device);
 /* Notes a fault of the launch just made; later faults name this kernel. */
 void device_launched(struct device *device, const char *kernel);
 }

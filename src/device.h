@@ -8,6 +8,7 @@
 #define TEPHRA_DEVICE_H
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 struct device;                      /* NULL is the CPU, and no function but device_close accepts it */
 
@@ -29,12 +30,20 @@ const char *device_name(const struct device *device);
 void device_memory(const struct device *device, size_t *free, size_t *total);
 /* What went wrong first, or NULL. Waits for the work in flight. */
 const char *device_error(struct device *device);
+/* Nothing went wrong yet, as far as is known without waiting. */
+bool device_sound(const struct device *device);
 /* Whether that was lack of memory, which a run on the CPU survives. */
 bool device_full(const struct device *device);
+/* After lack of memory: what is there can be brought home. */
+void device_forgive(struct device *device);
 /* Memory of the device, not cleared; NULL if it does not fit, which is an error of the device. */
 void *device_alloc(struct device *device, const char *owner, size_t bytes);
 void device_free(struct device *device, void *block);
 void device_upload(struct device *device, void *to, const void *from, size_t bytes);
 /* Waits for the work in flight. */
 void device_download(struct device *device, void *to, const void *from, size_t bytes);
+/* Both on the device. */
+void device_copy(struct device *device, void *to, const void *from, size_t bytes);
+/* to[i] = from[order[i]] for n rows of 1 or a multiple of 4 bytes, all on the device. */
+void device_gather(struct device *device, void *to, const void *from, const int32_t *order, int64_t n, size_t row_bytes);
 #endif

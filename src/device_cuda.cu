@@ -75,6 +75,11 @@ const char *device_error(struct device *device)
 
 bool device_full(const struct device *device) { return device->full; }
 
+void device_forgive(struct device *device)
+{
+    if (device->full) device->error[0] = '\0';
+}
+
 void *device_alloc(struct device *device, const char *owner, size_t bytes)
 {
     void *block = NULL;
@@ -104,6 +109,36 @@ void device_download(struct device *device, void *to, const void *from, size_t b
     if (bytes == 0 || !device_sound(device)) return;
     note(device, cudaMemcpyAsync(to, from, bytes, cudaMemcpyDeviceToHost, device->stream), "a copy from the device");
     note(device, cudaStreamSynchronize(device->stream), device->kernel);
+}
+
+void device_copy(struct device *device, void *to, const void *from, size_t bytes)
+{
+    if (bytes > 0 && device_sound(device))
+        note(device, cudaMemcpyAsync(to, from, bytes, cudaMemcpyDeviceToDevice, device->stream), "a copy on the device");
+}
+
+/* A thread a word: to[i] = from[order[i]] for rows of so many words. */
+template <typename word>
+static __global__ void __launch_bounds__(256) device_gather_rows(word *to, const word *from, const int32_t *order, int64_t n,
+                                                                 int words)
+{
+    const int64_t w = (int64_t)blockIdx.x * blockDim.x + threadIdx.x, row = w / words;
+    if (row < n) to[w] = from[(int64_t)order[row] * words + w % words];
+}
+
+void device_gather(struct device *device, void *to, const void *from, const int32_t *order, int64_t n, size_t row_bytes)
+{
+    enum { BLOCK = 256 };
+    const bool bytes = row_bytes == 1;
+    const int words = bytes ? 1 : (int)(row_bytes / sizeof(uint32_t));
+    const dim3 grid((unsigned)((n * words + BLOCK - 1) / BLOCK)), block(BLOCK);
+    if (n == 0) return;
+    if (bytes)
+        device_launch(device, "device_gather_rows", device_gather_rows<uint8_t>, grid, block, (uint8_t *)to, (const uint8_t *)from,
+                      order, n, words);
+    else
+        device_launch(device, "device_gather_rows", device_gather_rows<uint32_t>, grid, block, (uint32_t *)to,
+                      (const uint32_t *)from, order, n, words);
 }
 
 void device_launched(struct device *device, const char *kernel)

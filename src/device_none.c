@@ -21,3 +21,16 @@ void device_memory(const struct device *device, size_t *free, size_t *total)
     check(!device);
     *free = *total = 0;
 }
+
+bool device_sound(const struct device *device) { check(!device); return true; }
+void device_forgive(struct device *device) { check(!device); }
+void *device_alloc(struct device *device, const char *owner, size_t bytes) { check(!device && owner && bytes); return NULL; }
+void device_free(struct device *device, void *block) { check(!device && !block); }
+void device_upload(struct device *device, void *to, const void *from, size_t bytes) { check(!device && to && from && bytes); }
+void device_download(struct device *device, void *to, const void *from, size_t bytes) { check(!device && to && from && bytes); }
+void device_copy(struct device *device, void *to, const void *from, size_t bytes) { check(!device && to && from && bytes); }
+
+void device_gather(struct device *device, void *to, const void *from, const int32_t *order, int64_t n, size_t row_bytes)
+{
+    check(!device && to && from && order && n && row_bytes);
+}

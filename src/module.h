@@ -44,6 +44,7 @@ struct module {
     const struct param *params;         /* its block; NULL = no block */
     const char *const *requires;        /* names of modules that must be there too; NULL-ended */
     bool open_space;                    /* refused together with a box (box.h) */
+    bool resident;                      /* its hooks say which columns they touch (device_rows.h); else all come to the host */
     bool whole;                         /* reads rows of other ranks without asking for them: every rank must hold all rows */
     size_t state_bytes;                 /* private state; params fill its fields by offset */
     const struct saved *saved;          /* what a checkpoint holds of it; name NULL ends */

@@ -88,6 +88,11 @@ bool output_records(const struct sim *sim)
     return sim->synchronous && (energy_due(sim, output) || due(sim, sim->time.snapshot) || output->snapshot_asked);
 }
 
+static bool picture_due(const struct sim *sim)
+{
+    return sim->time.picture > 0 ? due(sim, sim->time.picture) : sim->time.tick == sim->time.tick_end;
+}
+
 /* What snapshots, pictures or checkpoints hold. */
 static uint64_t columns_of_files(bool checkpoint)
 {
@@ -117,6 +122,7 @@ void output_advise(const struct sim *sim)
 void output_checkpoint(struct sim *sim)
 {
     char path[4096];
+    rows_here(sim, ALL_SPECIES, columns_of_files(true), 0);
     ranks_gather(sim, columns_of_files(true));
     checkpoint_write(sim, in_folder(sim, path, sizeof path, "checkpoint.hdf5", 0));
     ranks_release(sim);
@@ -127,6 +133,7 @@ static void refresh_potential(struct sim *sim)
 {
     if (sim->fresh_potential) return;
     ghosts_close(sim);      /* rows may have moved since they were asked for */
+    rows_here(sim, ALL_SPECIES, 0, COL(pot));
     for (int u = 0; u < sim->n_use; u++)
         if (sim->use[u].module->potential) sim->use[u].module->potential(sim, sim->use[u].state);
     if (!sim->spread) ranks_share(sim, (uint64_t)1 << COLUMN_pot);  /* one rank writes the snapshot */
@@ -203,7 +210,7 @@ static void write_files(struct sim *sim, struct output *output)
     char path[4096];
     if (due(sim, sim->time.snapshot) || output->snapshot_asked) output_snapshot(sim);
     output->snapshot_asked = false;
-    if (sim->time.picture > 0 ? due(sim, sim->time.picture) : sim->time.tick == sim->time.tick_end) {
+    if (picture_due(sim)) {
         ranks_gather(sim, columns_of_files(false));
         picture_write(sim, in_folder(sim, path, sizeof path, "picture_%03lld.png", output->pictures++),
                       &output->picture);
@@ -226,12 +233,14 @@ static void output_record(struct sim *sim, void *state)
         progress(sim);
         return;
     }
-    if (output_records(sim)) record_energies(sim, output);
+    const bool records = output_records(sim);
+    if (records || due(sim, sim->time.checkpoint) || picture_due(sim)) rows_here(sim, ALL_SPECIES, COL_ALL, 0);
+    if (records) record_energies(sim, output);
     if (sim->folder && !sim->failure.set) write_files(sim, output);
 }
 
 const struct module output_module = {
     .name = "output", .doc = "energies, snapshots, pictures, checkpoints", .kind = MODULE_DRIVER,
     .params = params, .state_bytes = sizeof(struct output), .saved = saved,
-    .declare = output_declare, .hook[HOOK_RECORD] = output_record,
+    .declare = output_declare, .resident = true, .hook[HOOK_RECORD] = output_record,
 };

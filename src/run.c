@@ -15,9 +15,10 @@
 #include <unistd.h>
 
 /* The smallest rung says when the next step of any row ends: a longer one cannot end before. */
-static int lowest_rung(const struct sim *sim)
+static int lowest_rung(struct sim *sim)
 {
     uint8_t lowest = RUNG_TOP;
+    rows_here(sim, ALL_SPECIES, COL(rung), 0);
     for_species(sim, s)
         for (int64_t i = species_from(s); i < species_to(s); i++) lowest = s->rung[i] < lowest ? s->rung[i] : lowest;
     if (sim->spread) comm_min_bytes(&lowest, 1);
@@ -90,6 +91,7 @@ static int failed(struct sim *sim)
     double root = sim->failure.set ? comm_rank() : INFINITY;
     comm_min(&root, 1);
     comm_broadcast(&sim->failure, sizeof sim->failure, (int)root);
+    rows_here(sim, ALL_SPECIES, COL_ALL, 0);
     ranks_share_rows(sim);
     bool environment = sim->failure.status == STATUS_ENVIRONMENT;
     if (comm_rank() == 0) log_error("%s%s", sim->failure.text, environment ? fail_advice() : "");

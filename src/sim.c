@@ -157,6 +157,7 @@ void sim_run_hook(struct sim *sim, int hook)
         int64_t rows = 0;
         for_species(sim, s) rows += s->n_active;
         profile_start(sim->profile);
+        if (!use->module->resident) rows_here(sim, ALL_SPECIES, COL_ALL, hook == HOOK_RECORD ? 0 : COL_ALL);
         use->module->hook[hook](sim, use->state);
         profile_stop(sim->profile, c, rows);
     }
@@ -182,7 +183,9 @@ int64_t sim_find_active(struct sim *sim)
 {
     int level = timeline_synchronous(&sim->time) ? UINT8_MAX : __builtin_ctzll((uint64_t)sim->time.tick);
     int64_t ending[N_SPECIES] = {0};
+    rows_here(sim, ALL_SPECIES, COL(rung), 0);
     for_species(sim, s) {
+        rows_listed(s);
         int64_t before = find(s->rung, species_from(s), s->own, level, s->ending);
         s->active = s->ending + before;
         s->n_active = find(s->rung, s->own, s->own + s->n_own, level, s->active);
@@ -219,6 +222,8 @@ bool sim_leave_device(struct sim *sim, const char *module, const char *error)
         return false;
     }
     log_line("%s: %s; the CPU goes on", module, error);
+    device_forgive(sim->device);
+    for_species(sim, s) rows_leave(s);
     sim->device_left = true;
     return true;
 }
@@ -237,6 +242,7 @@ void sim_fail(struct sim *sim, const struct species *table, int64_t row, const c
 {
 #pragma omp critical(sim_failure)
     if (!sim->failure.set) {
+        rows_here(sim, ALL_SPECIES, COL_ALL, 0);   /* the row is told with all that it has */
         sim->failure.set = true;
         sim->failure.status = STATUS_NUMBERS;
         char *text = sim->failure.text;
@@ -285,8 +291,8 @@ void sim_free(struct sim *sim)
         param_free((struct param_target[]){{sim->use[u].module->params, sim->use[u].state}, {NULL, NULL}});
         mem_free(sim->use[u].state);
     }
-    device_close(sim->device);
     for (int s = 0; s < N_SPECIES; s++) species_free(&sim->species[s]);
+    device_close(sim->device);
     tree_free(&sim->tree);
     ghosts_free(sim->ghosts);
     start_free(sim->start);

@@ -4,6 +4,7 @@
 #ifndef TEPHRA_SIM_H
 #define TEPHRA_SIM_H
 #include "box.h"
+#include "device_rows.h"
 #include "fail.h"
 #include "integrate.h"
 #include "scene.h"

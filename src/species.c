@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Tables of the four species: columns on demand. */
 #include "species.h"
+#include "device_rows.h"
 #include "fail.h"
 #include "mem.h"
 #include <string.h>
@@ -18,8 +19,7 @@ const struct column_info column_table[N_COLUMNS] = {SPECIES_COLUMNS(COLUMN)};
 const struct node_column_info node_column_table[N_NODE_COLUMNS] = {NODE_COLUMNS(NODE)};
 #undef NODE
 
-/* Where the pointer of a column stands in the struct. */
-static void **slot(const struct species *table, enum column column)
+void **species_slot(const struct species *table, enum column column)
 {
     static const size_t offset[N_COLUMNS] = {
 #define COLUMN(field, ...) offsetof(struct species, field),
@@ -36,7 +36,7 @@ void species_need(struct species *table, enum column column)
 
 void *species_column(const struct species *table, enum column column)
 {
-    return *slot(table, column);
+    return *species_slot(table, column);
 }
 
 size_t species_row_bytes(enum column column)
@@ -49,9 +49,10 @@ void species_reserve(struct species *table, int64_t capacity)
     if (capacity > INT32_MAX) fail(STATUS_INPUT, "%lld %s rows: at most 2^31 - 1 of a species",
                                    (long long)capacity, species_names[table->kind]);
     if (capacity < table->capacity) capacity = table->capacity;
+    if (capacity > table->capacity) rows_leave(table);
     for (int c = 0; c < N_COLUMNS; c++) {
         if (!species_has(table, c)) continue;
-        void **data = slot(table, c);
+        void **data = species_slot(table, c);
         size_t row = species_row_bytes(c);
         int64_t kept = *data ? table->n : 0;
         if (capacity == 0 || (*data && capacity == table->capacity)) continue;
@@ -66,9 +67,10 @@ void species_reserve(struct species *table, int64_t capacity)
 
 void species_free(struct species *table)
 {
+    rows_discard(table);
     for (int c = 0; c < N_COLUMNS; c++) {
-        mem_free(*slot(table, c));
-        *slot(table, c) = NULL;
+        mem_free(*species_slot(table, c));
+        *species_slot(table, c) = NULL;
     }
     mem_free(table->ending);
     table->ending = table->active = NULL;
@@ -109,8 +111,8 @@ static void permute_columns(struct species *table, const int32_t *order, int64_t
     const size_t widest = species_widest(table);
     void *spare = mem_alloc("columns", (size_t)table->capacity * widest);
     for (int c = 0; c < N_COLUMNS; c++) {
-        if (!is_kept(table, c)) continue;
-        void **column = slot(table, c), *old = *column;
+        if (!is_kept(table, c) || !rows_are_here(table, c)) continue;
+        void **column = species_slot(table, c), *old = *column;
         const size_t row = species_row_bytes(c), bytes = (size_t)table->n * row;
         species_gather(c, old, spare, order, table->n);
         if (row == widest) {
@@ -130,7 +132,7 @@ static void permute_own(struct species *table, const int32_t *order)
     for (int c = 0; c < N_COLUMNS; c++) {
         if (!is_kept(table, c)) continue;
         const size_t row = species_row_bytes(c);
-        char *own = (char *)*slot(table, c) + (size_t)table->own * row;
+        char *own = (char *)*species_slot(table, c) + (size_t)table->own * row;
         species_gather(c, own, spare, order, table->n_own);
         memcpy(own, spare, (size_t)table->n_own * row);
     }
@@ -142,11 +144,11 @@ void species_spread(struct species *table, int64_t own, int64_t n_own)
     for (int c = 0; c < N_COLUMNS; c++) {
         if (!species_has(table, c)) continue;
         const size_t row = species_row_bytes(c), from = (size_t)own * row, bytes = (size_t)n_own * row;
-        char *whole = *slot(table, c), *part = mem_reserve("columns", (size_t)table->n * row);
+        char *whole = *species_slot(table, c), *part = mem_reserve("columns", (size_t)table->n * row);
         mem_use(part, from, from + bytes);
         if (bytes > 0) memcpy(part + from, whole + from, bytes);
         mem_free(whole);
-        *slot(table, c) = part;
+        *species_slot(table, c) = part;
     }
     table->spread = true;
     table->own = own;
@@ -159,7 +161,7 @@ void species_use(struct species *table, uint64_t columns, int64_t from, int64_t 
 {
     for (int c = 0; c < N_COLUMNS && table->spread; c++) {
         const size_t row = species_row_bytes(c);
-        if (columns >> c & 1 && species_has(table, c)) mem_use(*slot(table, c), (size_t)from * row, (size_t)to * row);
+        if (columns >> c & 1 && species_has(table, c)) mem_use(*species_slot(table, c), (size_t)from * row, (size_t)to * row);
     }
 }
 
@@ -167,8 +169,8 @@ void species_forget(struct species *table)
 {
     for (int c = 0; c < N_COLUMNS && table->spread; c++) {
         const size_t row = species_row_bytes(c);
-        mem_drop(*slot(table, c), 0, (size_t)table->own * row);
-        mem_drop(*slot(table, c), (size_t)(table->own + table->n_own) * row, (size_t)table->n * row);
+        mem_drop(*species_slot(table, c), 0, (size_t)table->own * row);
+        mem_drop(*species_slot(table, c), (size_t)(table->own + table->n_own) * row, (size_t)table->n * row);
     }
 }
 
@@ -198,6 +200,7 @@ void species_permute(struct species *table, const int32_t *order, int64_t n)
     bool sorted = true;
     for (int64_t i = 0; i < n && sorted; i++) sorted = order[i] == i;
     if (sorted) return;
+    rows_permute(table, order, n);
     if (table->spread) permute_own(table, order);
     else permute_columns(table, order, before);
 }

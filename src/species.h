@@ -16,6 +16,8 @@ enum { GAS_BIT = 1 << GAS, CLOUD_BIT = 1 << CLOUD, STAR_BIT = 1 << STAR, DARK_BI
        ALL_SPECIES = (1 << N_SPECIES) - 1 };
 extern const char *const species_names[N_SPECIES];
 
+struct copies;      /* of columns, on a device (device_rows.h) */
+
 struct species {
     enum species_kind kind;
     int64_t n, capacity;            /* rows of all ranks, rows for which there are addresses */
@@ -28,6 +30,7 @@ struct species {
     int32_t *ending;                /* all rows here whose step ends now, other ranks' too unless spread; holds `active` */
     int64_t n_ending;
     int64_t all_ending;             /* rows of all ranks whose step ends now */
+    struct copies *copies;          /* NULL: the columns are here alone */
 #define COLUMN(name, type, dims, ...) type (*name) dims;
     SPECIES_COLUMNS(COLUMN)
 #undef COLUMN
@@ -49,6 +52,8 @@ void species_spread(struct species *table, int64_t own, int64_t n_own);
 void species_use(struct species *table, uint64_t columns, int64_t from, int64_t to);
 /* Gives back what a spread table holds beside its own rows. */
 void species_forget(struct species *table);
+/* Where the pointer of a column stands in the struct. */
+void **species_slot(const struct species *table, enum column column);
 /* The column's storage, NULL if not needed, and the bytes of one row of it. */
 void *species_column(const struct species *table, enum column column);
 size_t species_row_bytes(enum column column);

@@ -57,7 +57,7 @@ static struct sim *case_new(int64_t n, case_maker *make, const char *const *sett
     return sim;
 }
 
-static void case_free(struct sim *sim)
+static inline void case_free(struct sim *sim)
 {
     sph_module.end(sim, sim->use[0].state);
     for (int k = 0; k < N_SPECIES; k++) species_free(&sim->species[k]);
@@ -69,20 +69,20 @@ static void case_free(struct sim *sim)
 }
 
 /* Tree, active rows, then H and DENSITY, then FORCE on rows whose acc and du are cleared. */
-static void case_arrange(struct sim *sim)
+static inline void case_arrange(struct sim *sim)
 {
     tree_build(sim);
     sim_find_active(sim);
     tree_mark_active(sim);
 }
 
-static void case_density(struct sim *sim)
+static inline void case_density(struct sim *sim)
 {
     sph_module.hook[HOOK_H](sim, sim->use[0].state);
     sph_module.hook[HOOK_DENSITY](sim, sim->use[0].state);
 }
 
-static void case_force(struct sim *sim)
+static inline void case_force(struct sim *sim)
 {
     struct species *gas = case_gas(sim);
     for (int64_t a = 0; a < gas->n_active; a++) {

@@ -65,7 +65,7 @@ template <typename T> static T atomicAdd(T *place, T value) { T old = *place; *p
 /* The part of the runtime that device_cuda.cu calls; memory of the device is memory of the host. */
 typedef struct shim_stream *cudaStream_t;
 enum cudaError_t { cudaSuccess, cudaErrorMemoryAllocation = 2, cudaErrorInsufficientDriver = 35, cudaErrorNoDevice = 100 };
-enum cudaMemcpyKind { cudaMemcpyHostToDevice = 1, cudaMemcpyDeviceToHost };
+enum cudaMemcpyKind { cudaMemcpyHostToDevice = 1, cudaMemcpyDeviceToHost, cudaMemcpyDeviceToDevice };
 struct cudaDeviceProp { char name[256]; };
 
 /* SHIM_BYTES in the environment: the largest block there is; unset, 1 GiB.
