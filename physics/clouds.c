@@ -27,7 +27,6 @@ struct clouds {
     struct viscosity viscosity;
     /* State. */
     double years;                           /* code unit of time */
-    double widest;                          /* no cloud has been larger */
     double radiated, bound;                 /* kinetic energy lost; fall of the potential energy where pairs became one */
     double untold;                          /* of that, by this step's, what the potentials of other rows do not know yet */
     double spin[3];                         /* angular momentum about their centres of pairs that became one */
@@ -83,6 +82,7 @@ static void declare(struct sim *sim, void *state)
 {
     struct clouds *clouds = state;
     sim->species[CLOUD].shrinks = true;
+    tree_need(&sim->tree, NODE_cloud_radius, 1);
     if (clouds->rest > 0) species_need(&sim->species[CLOUD], COLUMN_rested);
     clouds->size.suns = sim->units.mass / CONST_M_SUN;
     if (!sim->units.physical) problems_add(&sim->problems, "clouds needs physical units: this scene is dimensionless");
@@ -91,9 +91,7 @@ static void declare(struct sim *sim, void *state)
 static void begin(struct sim *sim, void *state)
 {
     struct clouds *clouds = state;
-    const struct species *cloud = &sim->species[CLOUD];
     clouds->years = units_cgs(&sim->units, "time") / CONST_YEAR;
-    for (int64_t i = 0; i < cloud->n; i++) clouds->widest = fmax(clouds->widest, cloud_radius(&clouds->size, cloud->mass[i]));
     if (sim->time.tick == 0) clouds->at = timeline_now(&sim->time);
 }
 
@@ -170,7 +168,6 @@ static void coagulate(const struct context *c, struct party *a, struct party *b,
     absorb(c, kept, taken, first ? shift : back);
     clouds->radiated += collide_merge(&kept->body, &taken->body, first ? shift : back, clouds->spin);
     kept->body.radius = cloud_radius(&clouds->size, kept->body.mass);
-    clouds->widest = fmax(clouds->widest, kept->body.radius);
     taken->joined = (int32_t)(kept - c->all->party);
     clouds->count[COAGULATIONS]++;
 }
@@ -269,6 +266,14 @@ static void write_back(const struct context *c)
     mem_free(sleeping);
 }
 
+/* Only clouds whose step ends grow, from gas before this or from each other. */
+static void measure_cells(struct sim *sim, const struct clouds *clouds)
+{
+    const struct species *cloud = &sim->species[CLOUD];
+    const bool all = sim->tree.built == sim->time.tick || cloud->n_ending > cloud->n / 4;
+    partners_measure(sim, &clouds->size, all ? NULL : cloud->ending, cloud->n_ending);
+}
+
 /* All ranks hold all rows and do the same for the clouds of all. */
 static void event(struct sim *sim, void *state)
 {
@@ -277,21 +282,22 @@ static void event(struct sim *sim, void *state)
     struct partners all = {0};
     uint64_t keep = sim->want_potential ? (uint64_t)1 << COLUMN_pot : 0;
     clouds->untold = 0;
-    if (cloud->n_ending == 0) return;
+    if (cloud->n_ending == 0 && sim->tree.built < sim->time.tick) return;
     for (int c = 0; c < N_COLUMNS; c++) keep |= (uint64_t)(column_table[c].lifetime == KEEP) << c;
     ranks_share(sim, keep);
-    for (int64_t e = 0; e < cloud->n_ending; e++)
-        clouds->widest = fmax(clouds->widest, cloud_radius(&clouds->size, cloud->mass[cloud->ending[e]]));
+    measure_cells(sim, clouds);
     if (cloud->n > clouds->speeds) {
         clouds->speed = mem_resize("clouds", clouds->speed, (size_t)cloud->capacity * sizeof *clouds->speed);
         clouds->speeds = cloud->capacity;
     }
-    partners_gather(sim, &clouds->size, clouds->widest, clouds->speed, &all);
+    const int64_t joined = clouds->count[COAGULATIONS];
+    partners_gather(sim, &clouds->size, clouds->speed, &all);
     struct context context = {sim, clouds, &all};
     const struct meetings_rule rule = {meet, &context};
     if (clouds->variant == STICKY) clouds->count[POSTPONED] += meetings_run(all.party, all.n, all.couple, all.couples, &rule);
     else rub(&context);
     write_back(&context);
+    if (clouds->count[COAGULATIONS] > joined) measure_cells(sim, clouds);
     partners_free(&all);
 }
 

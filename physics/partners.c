@@ -1,28 +1,44 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * The walk for partners (partners.h). */
+ * The search for partners (partners.h): once for a group of clouds through the tree, whose cells know their largest cloud, then
+ * one by one among those near the group. */
 #include "partners.h"
 #include "mem.h"
-#include "nearest.h"
+#include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
+/* Clouds of a group. */
+enum { MOST = 64 };
+
+/* A cloud whose step ends now: whom it may have met, and the largest relative speed of those that came within its reach. */
 struct found { int32_t *row; int32_t n, capacity; double speed; };
+
+/* Clouds of one cell whose step ends now, next to each other in the list, with what bounds them all. One born since the tree was
+ * built is a group of its own. */
+struct group {
+    int64_t first;
+    int32_t n;
+    struct body own[MOST];
+    double span[MOST];
+    double middle[3], half[3], vel[3], speed;   /* their box; a velocity, and the largest one against it */
+    double radius, longest;                     /* the largest radius, the longest step */
+};
+
+/* Clouds near a group: what the search needs of their states now. */
+struct near { int32_t *row; double (*pos)[3], (*vel)[3], *radius; int32_t n, capacity; };
 
 struct search {
     const struct sim *sim;
     const struct cloud_size *size;
-    int32_t row;
-    struct body own;
-    double span, widest;
-    double speed;               /* 0: that of each cloud relative to the row */
-    struct found *list;
+    const struct group *group;
+    struct near *near;
+    double way;                 /* of the group's farthest look, without the other's radius; 0: that of relative speeds */
 };
 
-/* Place and velocity now. */
-static void state_now(const struct sim *sim, int32_t row, double pos[3], double vel[3])
+static void velocity_now(const struct sim *sim, int32_t row, double vel[3])
 {
     const struct species *cloud = &sim->species[CLOUD];
     double lag = timeline_lag(&sim->time, cloud->rung[row], cloud->rung0[row]);
-    sim_predict(&sim->time, cloud, row, pos);
     for (int k = 0; k < 3; k++) vel[k] = integrate_velocity(cloud->vel[row][k], (double)cloud->acc[row][k], lag);
 }
 
@@ -30,65 +46,236 @@ struct body partners_body(const struct sim *sim, const struct cloud_size *size, 
 {
     double mass = sim->species[CLOUD].mass[row];
     struct body body = {.mass = mass, .radius = cloud_radius(size, mass)};
-    state_now(sim, row, body.pos, body.vel);
+    sim_predict(&sim->time, &sim->species[CLOUD], row, body.pos);
+    velocity_now(sim, row, body.vel);
     for (int k = 0; k < 3; k++) body.acc[k] = (double)sim->species[CLOUD].acc[row][k];
     return body;
 }
 
-static void add(struct found *list, int32_t row)
+/* --- radii of cells --- */
+
+static void measure_node(const struct sim *sim, const void *data, int32_t n)
 {
-    if (list->n == list->capacity) {
-        list->capacity = 2 * list->capacity + 16;
-        list->row = mem_resize("clouds", list->row, (size_t)list->capacity * sizeof *list->row);
+    const struct tree *tree = &sim->tree;
+    const struct node *node = &tree->node[n];
+    const double *mass = sim->species[CLOUD].mass;
+    float largest = 0;
+    for (int32_t k = 0; k < node->n_children; k++) largest = fmaxf(largest, tree->cloud_radius[node->child + k]);
+    if (node->n_children == 0 && node->count[CLOUD] > 0) {
+        double most = 0;
+        for (int32_t i = node->first[CLOUD]; i < node->first[CLOUD] + node->count[CLOUD]; i++)
+            most = mass[i] > most ? mass[i] : most;
+        largest = nextafterf((float)cloud_radius(data, most), INFINITY);
     }
-    list->row[list->n++] = row;
+    tree->cloud_radius[n] = largest;
 }
 
-static void look_at_rows(const struct search *s, const struct node *node)
+void partners_measure(struct sim *sim, const struct cloud_size *size, const int32_t *row, int64_t rows)
 {
-    const struct sim *sim = s->sim;
-    for (int32_t j = node->first[CLOUD]; j < node->first[CLOUD] + node->count[CLOUD]; j++) {
-        if (j == s->row || species_gone(&sim->species[CLOUD], j)) continue;
-        double pos[3], vel[3], r2 = 0, v2 = 0;
-        state_now(sim, j, pos, vel);
+    tree_sweep(sim, CLOUD, row, rows, measure_node, size);
+}
+
+/* --- groups --- */
+
+static double length(const double a[3]) { return sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]); }
+
+static void fill_group(const struct sim *sim, const struct cloud_size *size, struct group *g)
+{
+    const struct species *cloud = &sim->species[CLOUD];
+    double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
+    for (int32_t m = 0; m < g->n; m++) {
+        const int32_t row = cloud->ending[g->first + m];
+        struct body *own = &g->own[m];
+        double apart[3];
+        *own = partners_body(sim, size, row);
+        g->span[m] = timeline_step(&sim->time, cloud->rung0[row]);
+        if (m == 0) memcpy(g->vel, own->vel, sizeof g->vel);
         for (int k = 0; k < 3; k++) {
-            double r = pos[k] - s->own.pos[k], v = vel[k] - s->own.vel[k];
-            r += box_shift(&sim->box, k, r);
-            r2 += r * r;
-            v2 += v * v;
+            low[k] = fmin(low[k], own->pos[k]);
+            high[k] = fmax(high[k], own->pos[k]);
+            apart[k] = own->vel[k] - g->vel[k];
         }
-        double speed = s->speed > 0 ? s->speed : sqrt(v2), way = s->own.radius + s->span * speed, reach = way + s->widest;
-        if (r2 >= reach * reach) continue;
-        reach = way + cloud_radius(s->size, sim->species[CLOUD].mass[j]);
-        if (r2 >= reach * reach) continue;
-        if (s->speed > 0) add(s->list, j);
-        else s->list->speed = fmax(s->list->speed, sqrt(v2));
+        g->speed = fmax(g->speed, length(apart));
+        g->radius = fmax(g->radius, own->radius);
+        g->longest = fmax(g->longest, g->span[m]);
+    }
+    for (int k = 0; k < 3; k++) {
+        g->middle[k] = 0.5 * (low[k] + high[k]);
+        g->half[k] = 0.5 * (high[k] - low[k]);
     }
 }
 
+/* Number of clouds from ending[first] on that share its cell of at most MOST clouds, or the leaf, of which a part is taken. */
+static int32_t count_group(const struct sim *sim, int64_t first)
+{
+    const struct species *cloud = &sim->species[CLOUD];
+    const struct node *node = sim->tree.node;
+    const int32_t row = cloud->ending[first];
+    int32_t n = 1;
+    if (row >= node->first[CLOUD] + node->count[CLOUD]) return 1;
+    while (node->count[CLOUD] > MOST && node->n_children > 0) {
+        node = &sim->tree.node[node->child];
+        while (row >= node->first[CLOUD] + node->count[CLOUD]) node++;
+    }
+    while (n < MOST && first + n < cloud->n_ending && cloud->ending[first + n] < node->first[CLOUD] + node->count[CLOUD]) n++;
+    return n;
+}
+
+/* --- who is near --- */
+
+/* Square of the distance of a box, given by its middle and half its sides, from the group's: nearest images. */
+static double gap2(const struct search *s, const double middle[3], const double half[3])
+{
+    double sum = 0;
+    for (int k = 0; k < 3; k++) {
+        double x = middle[k] - s->group->middle[k];
+        x += box_shift(&s->sim->box, k, x);
+        const double gap = fabs(x) - half[k] - s->group->half[k];
+        sum += gap > 0 ? gap * gap : 0;
+    }
+    return sum;
+}
+
+/* How far the group looks for clouds of at most that radius and, against its velocity, that speed. */
+static double look(const struct search *s, double radius, const double apart[3], double more)
+{
+    const double margin = 1 + 1e-12;    /* other sums than those of a pair */
+    const struct group *g = s->group;
+    return margin * (radius + (s->way > 0 ? s->way : g->radius + g->longest * (length(apart) + more + g->speed)));
+}
+
+static void add_near(struct near *near, int32_t row, const double pos[3], const double vel[3], double radius)
+{
+    if (near->n == near->capacity) {
+        near->capacity = 2 * near->capacity + 64;
+        near->row = mem_resize("clouds", near->row, (size_t)near->capacity * sizeof *near->row);
+        near->pos = mem_resize("clouds", near->pos, (size_t)near->capacity * sizeof *near->pos);
+        near->vel = mem_resize("clouds", near->vel, (size_t)near->capacity * sizeof *near->vel);
+        near->radius = mem_resize("clouds", near->radius, (size_t)near->capacity * sizeof *near->radius);
+    }
+    near->row[near->n] = row;
+    memcpy(near->pos[near->n], pos, sizeof *near->pos);
+    memcpy(near->vel[near->n], vel, sizeof *near->vel);
+    near->radius[near->n++] = radius;
+}
+
+/* reach: how far the group looks into the cell. */
+static void look_at_rows(const struct search *s, const struct node *node, double reach)
+{
+    static const double point[3] = {0};
+    const struct species *cloud = &s->sim->species[CLOUD];
+    for (int32_t j = node->first[CLOUD]; j < node->first[CLOUD] + node->count[CLOUD]; j++) {
+        double pos[3], vel[3], apart[3];
+        sim_predict(&s->sim->time, cloud, j, pos);
+        const double away2 = gap2(s, pos, point);
+        if (away2 >= reach * reach || species_gone(cloud, j)) continue;
+        velocity_now(s->sim, j, vel);
+        for (int k = 0; k < 3; k++) apart[k] = vel[k] - s->group->vel[k];
+        const double radius = cloud_radius(s->size, cloud->mass[j]), own = look(s, radius, apart, 0);
+        if (away2 < own * own) add_near(s->near, j, pos, vel, radius);
+    }
+}
+
+/* The tree knows the largest component of a velocity against that of the cell. */
 static void visit(const struct search *s, int32_t n)
 {
     const struct node *node = &s->sim->tree.node[n];
-    double v2 = 0;
-    if (node->count[CLOUD] == 0) return;
+    double middle[3], half[3], apart[3];
     for (int k = 0; k < 3; k++) {
-        double v = fabs((double)node->vel[k] - s->own.vel[k]) + (double)node->speed;
-        v2 += v * v;
+        middle[k] = node->pos[k] + 0.5 * ((double)node->low[k] + (double)node->high[k]);
+        half[k] = 0.5 * ((double)node->high[k] - (double)node->low[k]);
+        apart[k] = (double)node->vel[k] - s->group->vel[k];
     }
-    double reach = s->own.radius + s->widest + s->span * (s->speed > 0 ? s->speed : sqrt(v2));
-    if (nearest_gap2(s->sim, node, s->own.pos) >= reach * reach) return;
-    if (node->n_children == 0) look_at_rows(s, node);
-    for (int32_t c = 0; c < node->n_children; c++) visit(s, node->child + c);
+    const double reach = look(s, (double)s->sim->tree.cloud_radius[n], apart, sqrt(3) * (double)node->speed);
+    if (gap2(s, middle, half) >= reach * reach) return;
+    if (node->n_children == 0) look_at_rows(s, node, reach);
+    for (int32_t c = node->child; c < node->child + node->n_children; c++)
+        if (s->sim->tree.node[c].count[CLOUD] > 0) visit(s, c);
 }
 
-static void find(const struct sim *sim, const struct cloud_size *size, int32_t row, double widest, struct found *list)
+/* --- pairs --- */
+
+static void separate(const struct sim *sim, const struct body *own, const struct near *near, int32_t j, double *r2, double *v2)
 {
-    const double span = timeline_step(&sim->time, sim->species[CLOUD].rung0[row]);
-    struct search search = {sim, size, row, partners_body(sim, size, row), span, widest, 0, list};
-    if (sim->tree.n_nodes == 0) return;
+    *r2 = *v2 = 0;
+    for (int k = 0; k < 3; k++) {
+        double r = near->pos[j][k] - own->pos[k], v = near->vel[j][k] - own->vel[k];
+        r += box_shift(&sim->box, k, r);
+        *r2 += r * r;
+        *v2 += v * v;
+    }
+}
+
+/* The largest relative speed of those that can have come within reach within the step. */
+static double fastest(const struct search *s, int32_t m)
+{
+    const struct body *own = &s->group->own[m];
+    const int32_t row = s->sim->species[CLOUD].ending[s->group->first + m];
+    double most2 = 0, r2, v2;
+    for (int32_t j = 0; j < s->near->n; j++) {
+        separate(s->sim, own, s->near, j, &r2, &v2);
+        const double reach = own->radius + s->near->radius[j] + s->group->span[m] * sqrt(v2);
+        if (r2 < reach * reach && v2 > most2 && s->near->row[j] != row) most2 = v2;
+    }
+    return sqrt(most2);
+}
+
+static void list_partners(const struct search *s, int32_t m, struct found *found)
+{
+    const struct body *own = &s->group->own[m];
+    const int32_t row = s->sim->species[CLOUD].ending[s->group->first + m];
+    const double way = own->radius + s->group->span[m] * found->speed;
+    double r2, v2;
+    for (int32_t j = 0; j < s->near->n; j++) {
+        separate(s->sim, own, s->near, j, &r2, &v2);
+        const double reach = way + s->near->radius[j];
+        if (r2 >= reach * reach || s->near->row[j] == row) continue;
+        if (found->n == found->capacity) {
+            found->capacity = 2 * found->capacity + 4;
+            found->row = mem_resize("clouds", found->row, (size_t)found->capacity * sizeof *found->row);
+        }
+        found->row[found->n++] = s->near->row[j];
+    }
+}
+
+static void find(const struct sim *sim, const struct cloud_size *size, struct group *group, struct near *near, struct found *found)
+{
+    struct search search = {sim, size, group, near, 0};
+    fill_group(sim, size, group);
+    near->n = 0;
     visit(&search, 0);
-    search.speed = list->speed;
-    if (list->speed > 0) visit(&search, 0);
+    for (int32_t m = 0; m < group->n; m++) {
+        if (species_gone(&sim->species[CLOUD], sim->species[CLOUD].ending[group->first + m])) continue;
+        found[m].speed = fastest(&search, m);
+        if (found[m].speed > 0) search.way = fmax(search.way, group->own[m].radius + group->span[m] * found[m].speed);
+    }
+    if (!(search.way > 0)) return;
+    near->n = 0;
+    visit(&search, 0);
+    for (int32_t m = 0; m < group->n; m++)
+        if (found[m].speed > 0) list_partners(&search, m, &found[m]);
+}
+
+static void find_all(const struct sim *sim, const struct cloud_size *size, struct found *found)
+{
+    const int64_t n = sim->species[CLOUD].n_ending;
+    int64_t *first = mem_array("clouds", int64_t, n + 1), groups = 0;
+    for (int64_t e = 0; e < n; e += count_group(sim, e)) first[groups++] = e;
+    first[groups] = n;
+#pragma omp parallel
+    {
+        struct near near = {0};
+#pragma omp for schedule(dynamic, 4)
+        for (int64_t g = 0; g < groups; g++) {
+            struct group group = {.first = first[g], .n = (int32_t)(first[g + 1] - first[g])};
+            find(sim, size, &group, &near, found + first[g]);
+        }
+        mem_free(near.row);
+        mem_free(near.pos);
+        mem_free(near.vel);
+        mem_free(near.radius);
+    }
+    mem_free(first);
 }
 
 /* --- couples --- */
@@ -146,18 +333,14 @@ static void list_couples(struct gathering *g, const struct found *found, int64_t
     mem_free(key);
 }
 
-void partners_gather(struct sim *sim, const struct cloud_size *size, double widest, float *speed, struct partners *partners)
+void partners_gather(struct sim *sim, const struct cloud_size *size, float *speed, struct partners *partners)
 {
     const struct species *cloud = &sim->species[CLOUD];
     struct found *found = mem_array("clouds", struct found, cloud->n_ending);
     struct gathering g = {sim, size, partners, mem_array("clouds", int32_t, cloud->n)};
     int64_t most = 0;
-#pragma omp parallel for schedule(dynamic, 16)
-    for (int64_t e = 0; e < cloud->n_ending; e++) {
-        int32_t row = cloud->ending[e];
-        if (!species_gone(cloud, row)) find(sim, size, row, widest, &found[e]);
-        speed[row] = (float)found[e].speed;
-    }
+    if (sim->tree.n_nodes > 0) find_all(sim, size, found);
+    for (int64_t e = 0; e < cloud->n_ending; e++) speed[cloud->ending[e]] = (float)found[e].speed;
     for (int64_t e = 0; e < cloud->n_ending; e++) most += found[e].n;
     partners->party = mem_array("clouds", struct party, most > 0 ? cloud->n_ending + most : 0);
     partners->couple = mem_array("clouds", struct couple, most);

@@ -25,9 +25,11 @@ struct partners {
     int64_t couples;
 };
 
+/* Brings the radii of the tree's cells up to date: those above `rows` rows, ascending; `row` NULL: all. */
+void partners_measure(struct sim *sim, const struct cloud_size *size, const int32_t *row, int64_t rows);
 /* For each cloud whose step ends now: the clouds that can have come within its reach within its step, and the largest relative
  * speed of them, which is noted in speed[row]; then all that lie within the way of that speed, since one that is deflected may
- * meet any of them. widest: radius that no cloud exceeds. */
-void partners_gather(struct sim *sim, const struct cloud_size *size, double widest, float *speed, struct partners *partners);
+ * meet any of them. The cells' radii are known. */
+void partners_gather(struct sim *sim, const struct cloud_size *size, float *speed, struct partners *partners);
 void partners_free(struct partners *partners);
 #endif

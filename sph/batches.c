@@ -184,51 +184,31 @@ void sph_for_batches(struct sim *sim, struct sph *sph, bool (*work)(struct sim *
     } while (ghosts_open(sim));
 }
 
-static void measure_node(struct tree *tree, const struct species *gas, int32_t n)
+static void measure_node(const struct sim *sim, const void *unused, int32_t n)
 {
+    const struct tree *tree = &sim->tree;
     const struct node *node = &tree->node[n];
+    const float *h = sim->species[GAS].h;
     float largest = 0;
+    (void)unused;
     for (int32_t k = 0; k < node->n_children; k++)
         if (tree->h_max[node->child + k] > largest) largest = tree->h_max[node->child + k];
     if (node->n_children == 0)
         for (int32_t i = node->first[GAS]; i < node->first[GAS] + node->count[GAS]; i++)
-            largest = gas->h[i] > largest ? gas->h[i] : largest;
+            largest = h[i] > largest ? h[i] : largest;
     if (node->n_children == 0) largest *= expf(sph_growth);
     tree->h_max[n] = largest;
 }
 
-/* Measures the nodes on the paths to the rows listed, in row order. */
-static void measure_paths(struct tree *tree, const struct species *gas, int32_t n, const int32_t *row, int64_t rows)
-{
-    const struct node *node = &tree->node[n];
-    int64_t from = 0;
-    if (node_is_closed(node)) return;   /* another rank's alone */
-    for (int32_t k = 0; k < node->n_children; k++) {
-        const struct node *child = &tree->node[node->child + k];
-        int64_t to = from;
-        while (to < rows && row[to] < child->first[GAS] + child->count[GAS]) to++;
-        if (to > from) measure_paths(tree, gas, node->child + k, row + from, to - from);
-        from = to;
-    }
-    measure_node(tree, gas, n);
-}
-
 void sph_fit_h_max(struct sim *sim)
 {
-    struct tree *tree = &sim->tree;
+    const struct tree *tree = &sim->tree;
     const struct species *gas = &sim->species[GAS];
     if (tree->n_nodes == 0) return;
-    if (tree->built == sim->time.tick || gas->all_ending > gas->n / 4) {
-#pragma omp parallel for schedule(dynamic, 1024)
-        for (int32_t n = 0; n < tree->n_fixed; n++)
-            if (tree->node[n].n_children == 0 && tree->node[n].place == NODE_OWN) measure_node(tree, gas, n);
-        for (int32_t n = tree->n_fixed - 1; n >= 0; n--)
-            if (tree->node[n].n_children > 0 && tree->node[n].place == NODE_OWN) measure_node(tree, gas, n);
-    } else {
-        measure_paths(tree, gas, 0, gas->ending, gas->n_ending);
-    }
+    bool all = tree->built == sim->time.tick || gas->all_ending > gas->n / 4;
+    tree_sweep(sim, GAS, all ? NULL : gas->ending, gas->n_ending, measure_node, NULL);
     if (tree->n_top > 0) ghosts_share_top_column(sim, NODE_h_max);
     for (int32_t n = tree->n_top - 1; n >= 0; n--)
-        if (tree->node[n].place == NODE_TOP) measure_node(tree, gas, n);
+        if (tree->node[n].place == NODE_TOP) measure_node(sim, NULL, n);
     ghosts_share_node_column(sim, NODE_h_max);
 }

@@ -67,7 +67,8 @@
     NODE(moment, float,  , "", "multipole moments about the cell's centre; the layout is gravity's") \
     NODE(cell,   uint8_t, , "", "what a walk for gravity sees of the cell; the layout is gravity's") \
     NODE(least,  float,  , "V^2 L^-1", "least gravitational acceleration of its rows, bounded below") \
-    NODE(h_max,  float,  , "L", "largest smoothing length among the gas rows")
+    NODE(h_max,  float,  , "L", "largest smoothing length among the gas rows") \
+    NODE(cloud_radius, float, , "L", "largest radius among the cold clouds")
 
 enum lifetime { KEEP, STEP };
 

@@ -517,6 +517,37 @@ void tree_follow_rows(struct sim *sim, enum species_kind kind, const int32_t *ro
     if (sim->tree.n_nodes > 0) follow(sim, 0, &part);
 }
 
+struct sweep { const struct sim *sim; enum species_kind kind; tree_measure *measure; const void *data; };
+
+static void sweep_paths(const struct sweep *sweep, int32_t n, const int32_t *row, int64_t rows)
+{
+    const struct node *node = &sweep->sim->tree.node[n];
+    int64_t from = 0;
+    if (node_is_closed(node)) return;   /* another rank's alone */
+    for (int32_t k = 0; k < node->n_children; k++) {
+        const struct node *child = &sweep->sim->tree.node[node->child + k];
+        int64_t to = lower_bound(row, from, rows, (int64_t)child->first[sweep->kind] + child->count[sweep->kind]);
+        if (to > from) sweep_paths(sweep, node->child + k, row + from, to - from);
+        from = to;
+    }
+    sweep->measure(sweep->sim, sweep->data, n);
+}
+
+void tree_sweep(struct sim *sim, enum species_kind kind, const int32_t *row, int64_t rows, tree_measure *measure, const void *data)
+{
+    const struct tree *tree = &sim->tree;
+    if (tree->n_nodes == 0) return;
+    if (row) {
+        sweep_paths(&(struct sweep){sim, kind, measure, data}, 0, row, rows);
+        return;
+    }
+#pragma omp parallel for schedule(dynamic, 1024)
+    for (int32_t n = 0; n < tree->n_fixed; n++)
+        if (is_own_leaf(&tree->node[n])) measure(sim, data, n);
+    for (int32_t n = tree->n_fixed - 1; n >= 0; n--)
+        if (tree->node[n].n_children > 0 && tree->node[n].place == NODE_OWN) measure(sim, data, n);
+}
+
 static void collect(const struct tree *tree, int32_t n, unsigned mask, int size, int32_t *groups, int32_t *count)
 {
     const struct node *node = &tree->node[n];

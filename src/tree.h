@@ -61,6 +61,11 @@ void tree_refit(struct sim *sim);
 void tree_follow(struct sim *sim);
 /* The same for rows of one species that were changed in the midst of their step; ascending. */
 void tree_follow_rows(struct sim *sim, enum species_kind kind, const int32_t *row, int64_t n);
+/* Fills a node column from the leaves to the root: of all cells or, where `row` is not NULL, of those above `rows` rows of a
+ * species, ascending. `measure` sets it for one cell, from its children's or, of a leaf, from its rows. Of spread rows only
+ * this rank's own cells. */
+typedef void tree_measure(const struct sim *sim, const void *data, int32_t node);
+void tree_sweep(struct sim *sim, enum species_kind kind, const int32_t *row, int64_t rows, tree_measure *measure, const void *data);
 /* Fills active_count along the paths from the root to the active rows. */
 void tree_mark_active(struct sim *sim);
 /* Cells that are the topmost with at most `size` rows of the species in `mask` (and at least one) and
