@@ -21,13 +21,13 @@ int gravity_moments_width(const struct gravity_opening *opening)
 /* Order of the moment kernels: quadrupoles are those of order 3. */
 static int moment_order(const struct gravity *g) { return g->opening.order > 2 ? g->opening.order : 3; }
 
-/* The farthest corner of the cell's box from its centre. */
+/* The farthest corner of the cell's box from its centre. Comparisons of floats as they are: one instruction each, no branch. */
 static double corner_distance(const struct node *node)
 {
     double r2 = 0;
     for (int k = 0; k < 3; k++) {
-        double far = fmax(fabs((double)node->low[k]), fabs((double)node->high[k]));
-        r2 += far * far;
+        const float low = fabsf(node->low[k]), high = fabsf(node->high[k]), far = low > high ? low : high;
+        r2 += (double)far * (double)far;
     }
     return sqrt(r2);
 }
@@ -203,13 +203,15 @@ void gravity_moments_refit(struct sim *sim, struct gravity *g)
     const struct tree *tree = &sim->tree;
     double dt = timeline_seconds(&sim->time, tree->fitted - g->fitted);
     gravity_moments_open(sim, g);   /* closed by the refit of the tree */
+#pragma omp parallel for if (g->n_cells > 8192)
     for (int32_t n = 0; n < g->n_cells; n++) {
         struct gravity_cell *cell = &g->cell[n];
         const struct node *node = &tree->node[n];
         if (cell->scale <= 0) continue;
         memcpy(cell->pos, node->pos, sizeof cell->pos);
-        double reach = (double)cell->reach + sqrt(3) * (double)node->speed * dt;    /* of a box just fitted: not its past speed */
-        cell->reach = bound(node->slack > 0 ? fmin(reach, corner_distance(node)) : corner_distance(node));
+        const double corner = corner_distance(node), past = node->slack > 0 ? 0 : INFINITY;     /* of a box just fitted */
+        const double reach = (double)cell->reach + sqrt(3) * (double)node->speed * dt + past;
+        cell->reach = bound(reach < corner ? reach : corner);
     }
     g->fitted = tree->fitted;
     g->epoch++;
