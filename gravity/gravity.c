@@ -267,9 +267,13 @@ static void set_unit(const struct sim *sim, struct gravity *g)
     g->pair_form = g->form == SOFT_COMMON && length2 < 1e-12 ? SOFT_PLUMMER : g->form;
 }
 
+/* What the walks read of rows, and the step criterion. */
+static const uint64_t sources = COL_MOTION | COL(mass) | COL(id) | COL(h) | COL(grav) | COL(hole);
+
 static void arrange(struct sim *sim, void *state)
 {
     struct gravity *g = state;
+    rows_here(sim, ALL_SPECIES, sources, 0);
     set_unit(sim, g);
     if (g->opening.solver == SOLVER_DIRECT || sim->tree.n_nodes == 0) return;
     if (g->n_cells != sim->tree.n_fixed || sim->tree.built == sim->time.tick) gravity_moments_build(sim, g);
@@ -299,6 +303,7 @@ static void force(struct sim *sim, void *state)
 {
     struct gravity *g = state;
     if (g->left) return;
+    rows_here(sim, ALL_SPECIES, sources, COL(acc) | COL(grav) | (sim->want_potential ? COL(pot) : 0));
     gravity_moments_open(sim, g);   /* others have asked for cells since */
     if (g->adaptive) g->epoch++;    /* rows were staged for their moments, before they had this step's h */
     learn(sim, g);
@@ -340,12 +345,15 @@ static void reason(const struct sim *sim, const void *state, const struct specie
 
 static void limit(struct sim *sim, void *state)
 {
-    for_species(sim, s)
-        for (int64_t a = 0; a < s->n_active && !s->h; a++) {
+    for_species(sim, s) {
+        if (s->h) continue;
+        rows_here(sim, 1u << s->kind, COL(acc) | COL(mass) | COL(hole), COL(dt));
+        for (int64_t a = 0; a < s->n_active; a++) {
             struct step_reason step = {(double)s->dt[s->active[a]], NULL};
             reason(sim, state, s, s->active[a], &step);
             s->dt[s->active[a]] = fminf(s->dt[s->active[a]], (float)step.dt);
         }
+    }
 }
 
 /* Positions are doubles about the origin: how far from it the rows lie and how large the set is. */
@@ -410,6 +418,6 @@ static const struct saved saved[] = {
 const struct module gravity_module = {
     .name = "gravity", .open_space = true, .doc = "self-gravity: direct sum, tree or fast multipoles", .params = params,
     .state_bytes = sizeof(struct gravity), .saved = saved, .declare = declare, .begin = begin, .end = end,
-    .hook = {[HOOK_ARRANGE] = arrange, [HOOK_FORCE] = force, [HOOK_LIMIT] = limit},
+    .resident = true, .hook = {[HOOK_ARRANGE] = arrange, [HOOK_FORCE] = force, [HOOK_LIMIT] = limit},
     .potential = potential, .energy = energy, .reason = reason, .warn = warn,
 };

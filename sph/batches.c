@@ -196,7 +196,7 @@ static void measure_node(const struct sim *sim, const void *unused, int32_t n)
     if (node->n_children == 0)
         for (int32_t i = node->first[GAS]; i < node->first[GAS] + node->count[GAS]; i++)
             largest = h[i] > largest ? h[i] : largest;
-    if (node->n_children == 0) largest *= expf(sph_growth);
+    if (node->n_children == 0) largest *= expf(SPH_GROWTH);
     tree->h_max[n] = largest;
 }
 

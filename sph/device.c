@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * The hooks of SPH on a device: cells and rows as they are now go over, what the sums say of the active rows comes
- * back. What becomes of a row by them is told where the CPU tells it (smooth.c, density.c). */
+ * The hooks of SPH on a device, where the rows are: cells and groups go over, the largest smoothing length of each cell comes
+ * back. What becomes of a row by its sums is told by the formulas of the CPU (row.h). */
 #include "device.h"
 #include "engine.h"
 #include "mem.h"
@@ -17,7 +17,7 @@ static void send_cells(struct sim *sim, struct sph *sph)
 #pragma omp parallel for schedule(static)
     for (int32_t n = 0; n < tree->n_nodes; n++) {
         const struct node *node = &tree->node[n];
-        cell[n] = (struct sph_cell){.h_max = tree->h_max[n], .child = node->child, .n_children = node->n_children,
+        cell[n] = (struct sph_cell){.parent = node->parent, .child = node->child, .n_children = node->n_children,
                                     .first = node->first[GAS], .count = node->count[GAS]};
         for (int k = 0; k < 3; k++) {
             cell[n].pos[k] = node->pos[k];
@@ -30,43 +30,12 @@ static void send_cells(struct sim *sim, struct sph *sph)
     mem_free(cell);
 }
 
-static void send_rows(struct sim *sim, struct sph *sph)
-{
-    const struct tree *tree = &sim->tree;
-    const int64_t rows = sim->species[GAS].n;
-    int32_t *leaf = mem_array("sph", int32_t, rows);
-    struct sph_place *place = mem_array("sph", struct sph_place, rows);
-#pragma omp parallel for schedule(dynamic, 256)
-    for (int32_t n = 0; n < tree->n_nodes; n++) {
-        const struct node *node = &tree->node[n];
-        if (node->n_children > 0) continue;
-        const double vel[3] = {(double)node->vel[0], (double)node->vel[1], (double)node->vel[2]};
-        for (int32_t i = node->first[GAS]; i < node->first[GAS] + node->count[GAS]; i++) {
-            leaf[i] = n;
-            place[i] = sph_place_about(node->pos, vel, sim, i);
-        }
-    }
-    sph_engine_rows(sph->engine, &(struct sph_rows){rows, leaf, place});
-    mem_free(leaf);
-    mem_free(place);
-}
-
-static void send_state(struct sim *sim, struct sph *sph)
-{
-    const int64_t rows = sim->species[GAS].n;
-    struct sph_state *state = mem_array("sph", struct sph_state, rows);
-#pragma omp parallel for schedule(static)
-    for (int64_t i = 0; i < rows; i++) state[i] = sph_state_row(sim, sph, (int32_t)i);
-    sph_engine_state(sph->engine, state, rows);
-    mem_free(state);
-}
-
 /* The active rows of each cell with at most CUT gas rows, cut into equal groups of at most SPH_GROUP. */
 static void send_groups(struct sim *sim, struct sph *sph)
 {
     const struct species *gas = &sim->species[GAS];
     int32_t *cut, cuts = tree_groups(&sim->tree, GAS_BIT, CUT, "sph", &cut), a = 0;
-    struct sph_groups groups = {.row = gas->active, .n_rows = gas->n_active};
+    struct sph_groups groups = {0};
     struct sph_group *group = mem_array("sph", struct sph_group, cuts + gas->n_active / SPH_GROUP);
     for (int32_t c = 0; c < cuts; c++) {
         const struct node *node = &sim->tree.node[cut[c]];
@@ -90,67 +59,53 @@ static void send_groups(struct sim *sim, struct sph *sph)
 
 static struct sph_plan plan_of(const struct sph *sph)
 {
-    return (struct sph_plan){(enum sph_kernel)sph->kernel, sph->grad_h, sph->viscosity == SPH_SIGNAL, sph->meet,
-                             sph_viscosity_of(sph)};
+    return (struct sph_plan){(enum sph_kernel)sph->kernel, sph->viscosity == SPH_SIGNAL, sph->meet, sph_viscosity_of(sph),
+                             sph_law_of(sph)};
 }
 
-/* After a pass: true if its results are there; else either the run stops or the CPU does it. */
-static bool sound(struct sim *sim, bool *settled)
+/* What tells where gas is and how large; what its state follows from. */
+static const uint64_t place = COL_MOTION | COL(mass) | COL(h) | COL(div_v), state = COL(u) | COL(du) | COL(rho);
+
+static struct sph_rows rows_of(struct sim *sim, uint64_t read, uint64_t write)
+{
+    return (struct sph_rows){rows_there(sim, GAS, read, write), sim->time};
+}
+
+/* After a pass: true if it is done; else either the run stops or the CPU does it. */
+static bool settled(struct sim *sim)
 {
     const char *error = device_error(sim->device);
-    *settled = !error || !sim_leave_device(sim, "sph", error);
-    return !error;
+    return !error || !sim_leave_device(sim, "sph", error);
 }
 
-bool sph_device_search(struct sim *sim, struct sph *sph, const struct sph_quest *quest, float *radius2)
+bool sph_device_search(struct sim *sim, struct sph *sph, const struct sph_quest *quest)
 {
-    bool settled;
     const struct sph_plan plan = plan_of(sph);
+    const struct sph_rows rows = rows_of(sim, place, COL(h));
     if (!sph->engine) sph->engine = sph_engine_create(sim->device, 0);
     send_cells(sim, sph);
-    send_rows(sim, sph);
     send_groups(sim, sph);
-    sph_engine_search(sph->engine, &plan, quest, radius2);
-    if (!sound(sim, &settled))
-        for (int64_t a = 0; a < sim->species[GAS].n_active; a++) radius2[a] = SPH_FAR;
-    return settled;
+    sph_engine_places(sph->engine, &rows);
+    sph_engine_search(sph->engine, &plan, quest, &rows);
+    return settled(sim);
 }
 
 bool sph_device_density(struct sim *sim, struct sph *sph)
 {
-    bool settled;
-    const struct species *gas = &sim->species[GAS];
     const struct sph_plan plan = plan_of(sph);
-    struct sph_density *sum = mem_array("sph", struct sph_density, gas->n_active);
-    send_cells(sim, sph);
-    send_rows(sim, sph);
-    sph_engine_density(sph->engine, &plan, sum);
-    if (sound(sim, &settled)) {
-#pragma omp parallel for schedule(static)
-        for (int64_t a = 0; a < gas->n_active; a++) sph_finish_density(sim, sph, gas->active[a], &sum[a]);
-    }
-    mem_free(sum);
-    return settled;
+    const uint64_t writes = COL(rho) | COL(div_v) | COL(curl_v) | COL(balsara) | COL(strength) | COL(omega),
+                   follows = sph->equation == SPH_ENTROPY ? COL(u) | COL(du_old) : 0;
+    const struct sph_rows rows = rows_of(sim, place | state, writes | follows);
+    sph_engine_lengths(sph->engine, &rows, sim->tree.h_max);
+    sph_engine_places(sph->engine, &rows);
+    sph_engine_density(sph->engine, &plan, &rows);
+    return settled(sim);
 }
 
 bool sph_device_force(struct sim *sim, struct sph *sph)
 {
-    bool settled;
-    const struct species *gas = &sim->species[GAS];
     const struct sph_plan plan = plan_of(sph);
-    struct sph_force *sum = mem_array("sph", struct sph_force, gas->n_active);
-    send_state(sim, sph);
-    sph_engine_force(sph->engine, &plan, sum);
-    const bool there = sound(sim, &settled);
-    for (int64_t a = 0; there && a < gas->n_active; a++) {
-        const int32_t i = gas->active[a];
-        const struct sph_force f = sum[a];
-        gas->acc[i][0] += f.ax;
-        gas->acc[i][1] += f.ay;
-        gas->acc[i][2] += f.az;
-        if (gas->du) gas->du[i] += f.du;
-        if (gas->signal) gas->signal[i] = f.signal;
-    }
-    mem_free(sum);
-    return settled;
+    const struct sph_rows rows = rows_of(sim, place | state | COL(balsara) | COL(omega), COL(acc) | COL(du) | COL(signal));
+    sph_engine_force(sph->engine, &plan, &rows);
+    return settled(sim);
 }

@@ -85,7 +85,7 @@ static __global__ void __launch_bounds__(LANES * PAIR_WARPS) sph_density_rows(st
 
 template <int kernel, bool grad_h>
 static __global__ void __launch_bounds__(LANES * PAIR_WARPS) sph_force_rows(struct sph_field f, struct sph_wanted wanted,
-                                                                            struct sph_plan plan, struct sph_force *out)
+                                                                            struct sph_plan plan, struct species gas)
 {
     __shared__ struct sph_memory<PASS_FORCE> memory[PAIR_WARPS];
     struct sph_warp<PASS_FORCE> w;
@@ -116,11 +116,17 @@ static __global__ void __launch_bounds__(LANES * PAIR_WARPS) sph_force_rows(stru
     for (int k = 0; k < 4; k++) *sums[k] = sph_whole(&w, *sums[k]);
     for (int lanes = LANES / w.parts; lanes < LANES; lanes *= 2)
         s.signal = fmaxf(s.signal, __shfl_xor_sync(~0u, s.signal, lanes));
-    if (w.lane < w.n) out[w.slot] = s;
+    if (w.lane >= w.n) return;
+    float *const acc = gas.acc[w.row];
+    acc[0] += s.ax;
+    acc[1] += s.ay;
+    acc[2] += s.az;
+    if (gas.du) gas.du[w.row] += s.du;
+    if (gas.signal) gas.signal[w.row] = s.signal;
 }
 
 typedef void density_kernel(struct sph_field, struct sph_wanted, struct sph_meet, struct sph_density *);
-typedef void force_kernel(struct sph_field, struct sph_wanted, struct sph_plan, struct sph_force *);
+typedef void force_kernel(struct sph_field, struct sph_wanted, struct sph_plan, struct species);
 
 /* [kernel][grad_h] */
 #define BOTH(name, kernel) {name<kernel, false>, name<kernel, true>}
@@ -131,7 +137,7 @@ static force_kernel *const force_kernels[SPH_KERNELS][2] = ALL(sph_force_rows);
 #undef BOTH
 
 /* Blocks of the device that grow with what they are to hold. */
-enum sph_column { CELL, LEAF, PLACE, STATE, GROUP, ROW, REACH, RESULT, COLUMNS };
+enum sph_column { CELL, LENGTH, LEAF, PLACE, STATE, GROUP, SUM, COLUMNS };
 
 struct sph_engine {
     struct device *device;
@@ -139,7 +145,7 @@ struct sph_engine {
     struct { void *at; size_t bytes; } block[COLUMNS];
     struct sph_field field;
     struct sph_wanted wanted;
-    size_t rows;                    /* of the groups */
+    int32_t cells;
 };
 
 struct sph_engine *sph_engine_create(struct device *device, int warps)
@@ -175,57 +181,69 @@ static void *send(struct sph_engine *e, enum sph_column column, const void *from
 
 void sph_engine_cells(struct sph_engine *e, const struct sph_cell *cell, int32_t n)
 {
+    e->cells = n;
     e->field.cell = (const struct sph_cell *)send(e, CELL, cell, (size_t)n * sizeof *cell);
+    e->field.h_max = (const float *)reserve(e, LENGTH, (size_t)n * sizeof(float));
 }
 
-void sph_engine_rows(struct sph_engine *e, const struct sph_rows *rows)
+void sph_engine_places(struct sph_engine *e, const struct sph_rows *rows)
 {
-    const size_t n = (size_t)rows->n;
-    e->field.leaf = (const int32_t *)send(e, LEAF, rows->leaf, n * sizeof *rows->leaf);
-    e->field.place = (const float4 *)send(e, PLACE, rows->place, n * sizeof *rows->place);
+    const size_t n = (size_t)rows->gas.n;
+    int32_t *leaf = (int32_t *)reserve(e, LEAF, n * sizeof *leaf);
+    struct sph_place *place = (struct sph_place *)reserve(e, PLACE, n * sizeof *place);
+    e->field.leaf = leaf;
+    e->field.place = (const float4 *)place;
+    sph_launch_leaves(e->device, e->field.cell, e->cells, leaf);
+    sph_launch_places(e->device, &e->field, rows, place);
 }
 
-void sph_engine_state(struct sph_engine *e, const struct sph_state *state, int64_t n)
+void sph_engine_lengths(struct sph_engine *e, const struct sph_rows *rows, float *h_max)
 {
-    e->field.state = (const float4 *)send(e, STATE, state, (size_t)n * sizeof *state);
+    sph_launch_lengths(e->device, e->field.cell, e->cells, rows, (float *)e->block[LENGTH].at);
+    device_download(e->device, h_max, e->field.h_max, (size_t)e->cells * sizeof *h_max);
 }
 
 void sph_engine_groups(struct sph_engine *e, const struct sph_groups *groups)
 {
-    e->rows = (size_t)groups->n_rows;
     e->wanted.n = groups->n;
     e->wanted.group = (const struct sph_group *)send(e, GROUP, groups->group, (size_t)groups->n * sizeof *groups->group);
-    e->wanted.row = (const int32_t *)send(e, ROW, groups->row, e->rows * sizeof *groups->row);
+}
+
+/* The groups' rows as the lists on the device have them. */
+static struct sph_wanted wanted_of(const struct sph_engine *e, const struct sph_rows *rows)
+{
+    struct sph_wanted wanted = e->wanted;
+    wanted.row = rows->gas.active;
+    wanted.own = (int32_t)rows->gas.own;
+    return wanted;
 }
 
 static dim3 grid_of(const struct sph_engine *e) { return dim3((unsigned)((e->wanted.n + e->warps - 1) / e->warps)); }
 static dim3 block_of(const struct sph_engine *e) { return dim3((unsigned)(LANES * e->warps)); }
 
-void sph_engine_search(struct sph_engine *e, const struct sph_plan *plan, const struct sph_quest *quest, float *radius2)
+void sph_engine_search(struct sph_engine *e, const struct sph_plan *plan, const struct sph_quest *quest,
+                       const struct sph_rows *rows)
 {
     if (e->wanted.n == 0) return;
-    struct sph_quest there = *quest;
-    there.reach = (const float *)send(e, REACH, quest->reach, e->rows * sizeof *quest->reach);
-    float *out = (float *)reserve(e, RESULT, e->rows * sizeof *out);
     device_launch(e->device, "sph_search_rows", sph_search_kernel(quest->smooth ? 1 + plan->kernel : 0),
-                  dim3((unsigned)e->wanted.n), dim3(LANES), e->field, e->wanted, there, out);
-    device_download(e->device, radius2, out, e->rows * sizeof *out);
+                  dim3((unsigned)e->wanted.n), dim3(LANES), e->field, wanted_of(e, rows), *quest, plan->law, *rows);
 }
 
-void sph_engine_density(struct sph_engine *e, const struct sph_plan *plan, struct sph_density *sum)
+void sph_engine_density(struct sph_engine *e, const struct sph_plan *plan, const struct sph_rows *rows)
 {
     if (e->wanted.n == 0) return;
-    struct sph_density *out = (struct sph_density *)reserve(e, RESULT, e->rows * sizeof *out);
-    device_launch(e->device, "sph_density_rows", density_kernels[plan->kernel][plan->grad_h], grid_of(e),
-                  block_of(e), e->field, e->wanted, plan->meet, out);
-    device_download(e->device, sum, out, e->rows * sizeof *out);
+    struct sph_density *sum = (struct sph_density *)reserve(e, SUM, (size_t)rows->gas.n_active * sizeof *sum);
+    device_launch(e->device, "sph_density_rows", density_kernels[plan->kernel][plan->law.grad_h], grid_of(e),
+                  block_of(e), e->field, wanted_of(e, rows), plan->meet, sum);
+    sph_launch_finish(e->device, plan->law, rows, sum);
 }
 
-void sph_engine_force(struct sph_engine *e, const struct sph_plan *plan, struct sph_force *sum)
+void sph_engine_force(struct sph_engine *e, const struct sph_plan *plan, const struct sph_rows *rows)
 {
     if (e->wanted.n == 0) return;
-    struct sph_force *out = (struct sph_force *)reserve(e, RESULT, e->rows * sizeof *out);
-    device_launch(e->device, "sph_force_rows", force_kernels[plan->kernel][plan->grad_h], grid_of(e),
-                  block_of(e), e->field, e->wanted, *plan, out);
-    device_download(e->device, sum, out, e->rows * sizeof *out);
+    struct sph_state *state = (struct sph_state *)reserve(e, STATE, (size_t)rows->gas.n * sizeof *state);
+    e->field.state = (const float4 *)state;
+    sph_launch_states(e->device, plan->law, rows, state);
+    device_launch(e->device, "sph_force_rows", force_kernels[plan->kernel][plan->law.grad_h], grid_of(e),
+                  block_of(e), e->field, wanted_of(e, rows), *plan, rows->gas);
 }

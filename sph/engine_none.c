@@ -12,21 +12,22 @@ struct sph_engine *sph_engine_create(struct device *device, int warps)
 
 void sph_engine_free(struct sph_engine *engine) { check(!engine); }
 void sph_engine_cells(struct sph_engine *engine, const struct sph_cell *cell, int32_t n) { check(engine && cell && n); }
-void sph_engine_rows(struct sph_engine *engine, const struct sph_rows *rows) { check(engine && rows); }
-void sph_engine_state(struct sph_engine *engine, const struct sph_state *state, int64_t n) { check(engine && state && n); }
 void sph_engine_groups(struct sph_engine *engine, const struct sph_groups *groups) { check(engine && groups); }
+void sph_engine_places(struct sph_engine *engine, const struct sph_rows *rows) { check(engine && rows); }
+void sph_engine_lengths(struct sph_engine *engine, const struct sph_rows *rows, float *h_max) { check(engine && rows && h_max); }
 
-void sph_engine_search(struct sph_engine *engine, const struct sph_plan *plan, const struct sph_quest *quest, float *radius2)
+void sph_engine_search(struct sph_engine *engine, const struct sph_plan *plan, const struct sph_quest *quest,
+                       const struct sph_rows *rows)
 {
-    check(engine && plan && quest && radius2);
+    check(engine && plan && quest && rows);
 }
 
-void sph_engine_density(struct sph_engine *engine, const struct sph_plan *plan, struct sph_density *sum)
+void sph_engine_density(struct sph_engine *engine, const struct sph_plan *plan, const struct sph_rows *rows)
 {
-    check(engine && plan && sum);
+    check(engine && plan && rows);
 }
 
-void sph_engine_force(struct sph_engine *engine, const struct sph_plan *plan, struct sph_force *sum)
+void sph_engine_force(struct sph_engine *engine, const struct sph_plan *plan, const struct sph_rows *rows)
 {
-    check(engine && plan && sum);
+    check(engine && plan && rows);
 }

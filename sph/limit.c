@@ -267,6 +267,13 @@ void sph_limit(struct sim *sim, void *state)
 {
     struct sph *sph = state;
     const struct species *gas = &sim->species[GAS];
+    uint64_t reads = COL(h) | COL(u) | COL(rho) | COL(acc) | COL(signal), writes = COL(dt);
+    if (sim->time.classic) reads |= COL(vel) | COL(du);
+    if (!sim->time.common) {
+        reads |= COL_MOTION | COL(mass) | COL(div_v);
+        writes |= COL(next_rung) | COL(rung);
+    }
+    rows_here(sim, GAS_BIT, reads, writes);
 #pragma omp parallel for
     for (int64_t a = 0; a < gas->n_active; a++) {
         int32_t i = gas->active[a];

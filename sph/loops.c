@@ -50,11 +50,14 @@ static void density_chunk(const struct visit *v, void *all)
 
 static void finish_density(const struct visit *v, const struct sph_density_sums *sums)
 {
+    const struct sph_law law = sph_law_of(v->sph);
     for (int r = 0; r < v->rows.n; r++) {
         const struct sph_density_sums *s = &sums[r / SPH_LANES];
         int l = r % SPH_LANES;
         struct sph_density sum = {s->rho[l], s->div[l], s->curl[0][l], s->curl[1][l], s->curl[2][l], s->swell[l]};
-        sph_finish_density(v->sim, v->sph, v->rows.row[r], &sum);
+        const int32_t i = v->rows.row[r];
+        const float t = (float)timeline_step(&v->sim->time, v->sim->species[GAS].rung0[i]);
+        sph_row_density(law, &v->sim->species[GAS], i, t, sum);
     }
 }
 
@@ -140,12 +143,16 @@ void sph_density(struct sim *sim, void *state)
 {
     struct sph *sph = state;
     sph->met_used = 0;
+    if (sph_uses_device(sim) && sph_device_density(sim, sph)) return;
+    rows_here(sim, GAS_BIT, COL_ALL, COL_ALL);
     sph_fit_h_max(sim);
-    if (!sph_uses_device(sim) || !sph_device_density(sim, sph)) sph_for_batches(sim, sph, density_batch);
+    sph_for_batches(sim, sph, density_batch);
 }
 
 void sph_force(struct sim *sim, void *state)
 {
     struct sph *sph = state;
-    if (!sph_uses_device(sim) || !sph_device_force(sim, sph)) sph_for_batches(sim, sph, force_batch);
+    if (sph_uses_device(sim) && sph_device_force(sim, sph)) return;
+    rows_here(sim, GAS_BIT, COL_ALL, COL_ALL);
+    sph_for_batches(sim, sph, force_batch);
 }

@@ -30,6 +30,12 @@ HD float sph_next_try(float newton, float low, float high, int round)
     return middle > low ? middle : high;
 }
 
+/* Where nothing is known: the radius that would hold the target if a cell of that extent and so many rows were uniform. */
+HD float sph_guess_reach(float extent, float target, float count)
+{
+    return extent > 0.0f ? extent * cbrtf(0.75f / 3.14159265f * target / count) : 1.0f;
+}
+
 /* guess, limit: squared radii; rows are known within the limit. */
 HD struct sph_bracket sph_exact_begin(float guess, float limit)
 {

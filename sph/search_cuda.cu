@@ -111,22 +111,40 @@ DEVICE float sph_look(struct sph_warp<PASS_SEARCH> *w, typename Turn::kept *kept
     return bracket.radius2 < limit ? bracket.radius2 : SPH_FAR;
 }
 
+/* How far the lane's row looks first. */
+DEVICE float sph_first_reach(const struct sph_warp<PASS_SEARCH> *w, const struct sph_field *f, const struct sph_quest *quest,
+                             struct sph_law law, const struct sph_rows *rows)
+{
+    const struct species *gas = &rows->gas;
+    const float step = (float)timeline_step(&rows->time, gas->rung0[w->row]);
+    if (gas->h[w->row] > 0) return 2 * quest->margin * fmaxf(sph_row_h_expected(gas, w->row, 0, step), (float)law.h_min);
+    int32_t n = f->leaf[w->row];
+    while (f->cell[n].parent >= 0 && (float)f->cell[n].count < quest->rows) n = f->cell[n].parent;
+    const struct sph_cell *cell = &f->cell[n];
+    float extent = 0;
+    for (int k = 0; k < 3; k++) extent = fmaxf(extent, cell->high[k] - cell->low[k]);
+    return sph_guess_reach(extent, quest->rows, (float)cell->count);
+}
+
 template <class Turn>
 static __global__ void __launch_bounds__(LANES) sph_search_rows(struct sph_field f, struct sph_wanted wanted,
-                                                                struct sph_quest quest, float *out)
+                                                                struct sph_quest quest, struct sph_law law, struct sph_rows rows)
 {
     __shared__ struct sph_memory<PASS_SEARCH> memory[1];
     __shared__ typename Turn::kept kept;
     struct sph_warp<PASS_SEARCH> w;
     if (!sph_begin(&w, &f, &wanted, memory)) return;
-    float reach = quest.reach[w.slot], widest, radius2 = SPH_FAR;   /* reach 0: the row has what it wants */
+    float reach = sph_first_reach(&w, &f, &quest, law, &rows), widest, radius2 = SPH_FAR;   /* 0: the row has what it wants */
     while ((widest = warp_largest(reach)) > 0.f) {
         sph_enclose_rows(&w, reach > 0.f);
         const float found = sph_look<Turn>(&w, &kept, &f, &quest, reach, widest);
         if (reach > 0.f) radius2 = found;
         reach = found < SPH_FAR || reach >= quest.most ? 0.f : 1.3f * reach;
     }
-    if (w.lane < w.n) out[w.slot] = radius2;
+    if (w.lane >= w.n) return;
+    float *h = &rows.gas.h[w.row];
+    if (radius2 < SPH_FAR) *h = sph_row_length(law, radius2, quest.scale);
+    else if (!(*h > 0)) *h = quest.lone;
 }
 
 search_kernel *sph_search_kernel(int which)

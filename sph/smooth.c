@@ -41,7 +41,7 @@ static float guess_reach(const struct seeker *s)
     const struct node *node = &tree->node[n];
     float extent = 0;
     for (int k = 0; k < 3; k++) extent = fmaxf(extent, node->high[k] - node->low[k]);
-    return extent > 0 ? extent * cbrtf(0.75f / SPH_PI * s->target / (float)node->count[GAS]) : 1.0f;
+    return sph_guess_reach(extent, s->target, (float)node->count[GAS]);
 }
 
 /* Rows to find, the row itself among them. */
@@ -50,20 +50,21 @@ static float target_of(const struct sph *sph, const struct species *gas)
     return (float)(sph->neighbours < gas->n - 1 ? sph->neighbours : gas->n - 1) + 1;
 }
 
+/* In a set of too few rows, of the distance of the farthest: what n rows would need. */
+static double scale_of(const struct sph *sph, float target)
+{ return target < (float)(sph->neighbours + 1) ? cbrt((double)sph->neighbours / ((double)target - 1)) : 1; }
+
 static void set_h(const struct seeker *s, int32_t i, float r2)
 {
-    const struct sph *sph = s->sph;
-    double h = 0.5 * sqrt((double)r2);
-    if (s->target < (float)(sph->neighbours + 1))
-        h *= cbrt((double)sph->neighbours / ((double)s->target - 1));
-    s->sim->species[GAS].h[i] = (float)fmax(h, sph->h_min);
+    s->sim->species[GAS].h[i] = sph_row_length(sph_law_of(s->sph), r2, scale_of(s->sph, s->target));
 }
 
 /* Looked everywhere and found nothing to measure by. */
+static float lone_h(const struct sph *sph) { return sph->h_min > 0 ? (float)sph->h_min : 1.0f; }
 static void keep_h(const struct seeker *s, int32_t i)
 {
     float *h = &s->sim->species[GAS].h[i];
-    if (!(*h > 0)) *h = s->sph->h_min > 0 ? (float)s->sph->h_min : 1.0f;
+    if (!(*h > 0)) *h = lone_h(s->sph);
 }
 
 /* Some row's h is not bounded by what it looked through: the kernels' own walks must find the rows. */
@@ -261,22 +262,11 @@ static bool search_batch(struct sim *sim, struct sph *sph, struct sph_batch *bat
 static bool search_on_device(struct sim *sim, struct sph *sph)
 {
     const struct species *gas = &sim->species[GAS];
-    struct seeker s = {sim, sph, NULL, NULL, target_of(sph, gas), 4 * (float)sim->tree.side};
-    float *reach = mem_array("sph", float, gas->n_active), *radius2 = mem_array("sph", float, gas->n_active);
-    for (int32_t b = 0; b < sph->n_batches; b++) {
-        s.batch = &sph->batch[b];
-        for (int32_t a = s.batch->first; a < s.batch->first + s.batch->count; a++) reach[a] = begin_reach(&s, gas->active[a]);
-    }
+    const struct seeker s = {sim, sph, NULL, NULL, target_of(sph, gas), 4 * (float)sim->tree.side};
     const bool exact = counts_rows(&s);
-    const struct sph_quest quest = {!exact, exact ? s.target : wanted_sum(sph), s.most, first_reach, reach};
-    const bool done = sph_device_search(sim, sph, &quest, radius2);
-    for (int64_t a = 0; done && a < gas->n_active; a++) {
-        if (radius2[a] < SPH_FAR) set_h(&s, gas->active[a], radius2[a]);
-        else keep_h(&s, gas->active[a]);
-    }
-    mem_free(reach);
-    mem_free(radius2);
-    return done;
+    const struct sph_quest quest = {!exact, exact ? s.target : wanted_sum(sph), s.most, first_reach, s.target, lone_h(sph),
+                                    scale_of(sph, s.target)};
+    return sph_device_search(sim, sph, &quest);
 }
 
 /* Marks the batches of own rows that others have touched. */
@@ -319,11 +309,12 @@ static void share_surprise(const struct sim *sim, struct sph *sph)
 }
 
 /* At the start: how many rows have more neighbours than asked, since h cannot be smaller. */
-static void tell_floor(const struct sim *sim, const struct sph *sph)
+static void tell_floor(struct sim *sim, const struct sph *sph)
 {
     const struct species *gas = &sim->species[GAS];
     double rows = 0;
     if (sim->time.tick > 0 || !(sph->h_min > 0)) return;
+    rows_here(sim, GAS_BIT, COL(h), 0);
     for (int64_t a = 0; a < gas->n_active; a++) rows += !(gas->h[gas->active[a]] > (float)sph->h_min);
     comm_sum(&rows, 1);
     if (rows > 0)
@@ -336,9 +327,12 @@ void sph_smooth(struct sim *sim, void *state)
     struct sph *sph = state;
     const struct species *gas = &sim->species[GAS];
     sph_make_batches(sim, sph);
-    if (sph->grouped == sim->time.tick) sph_fit_h_max(sim);
     sph->unforeseen = target_of(sph, gas) < (float)(sph->neighbours + 1);
-    if (!sph_uses_device(sim) || !search_on_device(sim, sph)) sph_for_batches(sim, sph, search_batch);
+    if (!sph_uses_device(sim) || !search_on_device(sim, sph)) {
+        rows_here(sim, GAS_BIT, COL_ALL, COL_ALL);
+        if (sph->grouped == sim->time.tick) sph_fit_h_max(sim);
+        sph_for_batches(sim, sph, search_batch);
+    }
     share_surprise(sim, sph);
     tell_floor(sim, sph);
 }

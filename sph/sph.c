@@ -220,6 +220,7 @@ static void book_taken(struct sim *sim, void *state)
     struct sph *sph = state;
     const struct species *gas = &sim->species[GAS];
     if (sph->eos == SPH_ADIABATIC) return;
+    rows_here(sim, GAS_BIT, COL(mass) | COL(du) | COL(du_old) | COL(rung0), 0);
     double taken = 0;
     for (int64_t a = 0; a < gas->n_active; a++) {
         const int64_t i = gas->active[a];
@@ -315,7 +316,7 @@ const struct module sph_module = {
     .name = "sph", .doc = "smoothed particle hydrodynamics of the gas", .kind = MODULE_BLOCK,
     .params = params, .state_bytes = sizeof(struct sph), .saved = saved,
     .declare = declare, .begin = begin, .end = end, .energy = energy, .temperature = temperature, .kelvin = kelvin,
-    .reason = sph_reason, .warn = warn,
+    .reason = sph_reason, .warn = warn, .resident = true,
     .hook = {[HOOK_PREDICT] = give_room, [HOOK_H] = sph_smooth, [HOOK_DENSITY] = sph_density, [HOOK_FORCE] = sph_force,
              [HOOK_CORRECT] = book_taken, [HOOK_LIMIT] = sph_limit},
 };

@@ -13,6 +13,7 @@
 #define TEPHRA_SPH_H
 #include "engine.h"
 #include "lanes.h"
+#include "row.h"
 #include "search.h"
 #include "sim.h"
 #include <math.h>
@@ -110,10 +111,6 @@ float sph_largest_h(const struct sim *sim, struct sph_region rows);
 void sph_centre(struct sph_work *work, const struct sim *sim, int32_t node, struct sph_region region);
 /* A row as it is now, about the work's centre. */
 struct sph_place sph_place_row(const struct sph_work *work, const struct sim *sim, int32_t i);
-/* About any place and velocity. */
-struct sph_place sph_place_about(const double origin[3], const double vel[3], const struct sim *sim, int32_t i);
-/* What the force needs of a row now. */
-struct sph_state sph_state_row(const struct sim *sim, const struct sph *sph, int32_t i);
 /* The rungs of some rows' steps. */
 struct sph_rungs { const uint8_t *of; int low, high; };
 /* Which rows are staged: those within `rows` + max(least, factor times their h) of the region's box.
@@ -149,9 +146,6 @@ struct sph_box sph_lanes_fill(struct sph_lanes *lanes, const struct sph_work *wo
 void sph_lanes_state(struct sph_lanes *lanes, const struct sim *sim, const struct sph *sph,
                      struct sph_region cluster);
 
-/* density.c: what the sums say of a row: density, derivatives of the velocity, strength of the viscosity. */
-void sph_finish_density(const struct sim *sim, const struct sph *sph, int32_t i, const struct sph_density *sum);
-
 static inline struct sph_viscosity sph_viscosity_of(const struct sph *sph)
 {
     return (struct sph_viscosity){(float)sph->alpha, (float)sph->beta, (float)sph->epsilon, sph->equation == SPH_ENERGY,
@@ -160,8 +154,7 @@ static inline struct sph_viscosity sph_viscosity_of(const struct sph *sph)
 
 /* device.c: the hooks on a device, which knows open space alone. False if the CPU must do it instead. */
 static inline bool sph_uses_device(const struct sim *sim) { return sim_device(sim) && !box_closed(&sim->box); }
-/* radius2: one an active row; SPH_FAR where nothing was found. */
-bool sph_device_search(struct sim *sim, struct sph *sph, const struct sph_quest *quest, float *radius2);
+bool sph_device_search(struct sim *sim, struct sph *sph, const struct sph_quest *quest);
 bool sph_device_density(struct sim *sim, struct sph *sph);
 bool sph_device_force(struct sim *sim, struct sph *sph);
 
@@ -173,55 +166,24 @@ void sph_limit(struct sim *sim, void *state);       /* limit.c: LIMIT */
 struct step_reason;
 void sph_reason(const struct sim *sim, const void *state, const struct species *gas, int64_t i, struct step_reason *step);
 
-/* While a row sleeps, its density and smoothing length follow the divergence of the velocity that it
- * last had, d ln rho/dt = -div v = -3 d ln h/dt; h is taken to grow by a tenth at most, which the
- * search by h_max allows for. (Kept constant, they cost Evrard's collapse of 4000 rows five times the
- * energy error.) */
-static const float sph_growth = 0.1f;
-static inline float sph_rho_now(const struct sim *sim, int64_t i)
+static inline struct sph_law sph_law_of(const struct sph *sph)
 {
-    const struct species *gas = &sim->species[GAS];
-    float t = (float)timeline_lag(&sim->time, gas->rung[i], gas->rung0[i]);
-    return t > 0 ? gas->rho[i] * expf(-gas->div_v[i] * t) : gas->rho[i];
-}
-static inline float sph_h_at(const struct sim *sim, int64_t i, float t)
-{
-    const struct species *gas = &sim->species[GAS];
-    float growth = gas->div_v[i] * t / 3;
-    return t > 0 ? gas->h[i] * expf(growth < sph_growth ? growth : sph_growth) : gas->h[i];
-}
-static inline float sph_h_now(const struct sim *sim, int64_t i)
-{
-    const struct species *gas = &sim->species[GAS];
-    return sph_h_at(sim, i, (float)timeline_lag(&sim->time, gas->rung[i], gas->rung0[i]));
+    return (struct sph_law){sph->eos == SPH_ADIABATIC, sph->eos == SPH_BAROTROPIC, sph->equation == SPH_ENTROPY, sph->grad_h,
+                            sph->balsara, sph->strength == SPH_SHOCKS, sph->excess, sph->gamma, sph->sound_speed,
+                            sph->stiff_density, sph->h_min, sph->balsara_epsilon, sph->alpha, sph->alpha_min};
 }
 
-/* Before the search: what div v made of h during the step that ends now (lag t = 0), for a sleeping
- * row what it is. Only where a search begins, and the length of lists, depend on it. */
+/* The formulas of row.h for the tables of a simulation. */
+static inline float sph_h_now(const struct sim *sim, int64_t i)
+{ return sph_row_h(&sim->species[GAS], i, (float)sph_row_lag(&sim->time, &sim->species[GAS], i)); }
+static inline float sph_rho_now(const struct sim *sim, int64_t i)
+{ return sph_row_rho(&sim->species[GAS], i, (float)sph_row_lag(&sim->time, &sim->species[GAS], i)); }
 static inline float sph_h_expected(const struct sim *sim, int64_t i, float t)
 {
     const struct species *gas = &sim->species[GAS];
-    if (t > 0) return sph_h_at(sim, i, t);
-    float growth = gas->div_v[i] * (float)timeline_step(&sim->time, gas->rung0[i]) / 3;
-    growth = growth < sph_growth ? growth : sph_growth;
-    growth = growth > -sph_growth ? growth : -sph_growth;
-    return gas->h[i] * (1 + growth * (1 + 0.5f * growth));
+    return sph_row_h_expected(gas, i, t, t > 0 ? 0 : (float)timeline_step(&sim->time, gas->rung0[i]));
 }
-
-/* Gas without an energy equation: P/rho = c^2, or c^2 [1 + (rho/rho_a)^(2/3)]: isothermal up to about rho_a, adiabatic
- * with gamma = 5/3 beyond (as Bate, Bonnell & Bromm 2003, MNRAS 339, 577, but without a corner). */
-static inline float sph_stiffening(const struct sph *sph, float rho)
-{
-    if (sph->eos != SPH_BAROTROPIC) return 0;
-    float part = cbrtf(rho / (float)sph->stiff_density);
-    return part * part;
-}
-
-/* Sound speed of gas with specific internal energy u (ignored without an energy equation) and density rho (which counts in
- * barotropic gas alone): the root of dP/drho. */
+static inline float sph_stiffening(const struct sph *sph, float rho) { return sph_law_stiffening(sph_law_of(sph), rho); }
 static inline float sph_sound_speed(const struct sph *sph, float u, float rho)
-{
-    if (sph->eos == SPH_ADIABATIC) return sqrtf((float)(sph->gamma * (sph->gamma - 1)) * u);
-    return (float)sph->sound_speed * sqrtf(1 + 5.0f / 3 * sph_stiffening(sph, rho));
-}
+{ return sph_law_sound_speed(sph_law_of(sph), u, rho); }
 #endif

@@ -55,50 +55,15 @@ static inline void row_position(const double origin[3], const struct sim *sim, i
         x[k] = (float)(integrate_position(gas->pos[i][k], gas->vel[i][k], (double)gas->acc[i][k], t) - origin[k]);
 }
 
-static inline struct sph_place place_about(const double origin[3], const double vel[3], const struct sim *sim, int32_t i)
-{
-    const struct species *gas = &sim->species[GAS];
-    double t = row_lag(sim, i);
-    float x[3], v[3];
-    row_position(origin, sim, i, t, x);
-    for_axes(k)
-        v[k] = (float)(integrate_velocity(gas->vel[i][k], (double)gas->acc[i][k], t) - vel[k]);
-    return (struct sph_place){x[0], x[1], x[2], 0.5f * sph_h_at(sim, i, (float)t), v[0], v[1], v[2], (float)gas->mass[i]};
-}
-
 static inline struct sph_place place_row(const struct sph_work *work, const struct sim *sim, int32_t i)
 {
-    return place_about(work->origin, work->vel, sim, i);
-}
-
-struct sph_place sph_place_about(const double origin[3], const double vel[3], const struct sim *sim, int32_t i)
-{
-    return place_about(origin, vel, sim, i);
+    return sph_row_place(work->origin, work->vel, &sim->time, &sim->species[GAS], i);
 }
 
 struct sph_place sph_place_row(const struct sph_work *work, const struct sim *sim, int32_t i)
 {
     return place_row(work, sim, i);
 }
-
-static inline struct sph_state state_row(const struct sim *sim, const struct sph *sph, int32_t i)
-{
-    const struct species *gas = &sim->species[GAS];
-    float u = 0, rho = sph_rho_now(sim, i), p;
-    if (sph->eos != SPH_ADIABATIC) {
-        p = (float)(sph->sound_speed * sph->sound_speed) * (1 + sph_stiffening(sph, rho)) / rho;
-    } else {
-        float t = (float)row_lag(sim, i), per_rho = (float)(sph->gamma - 1);
-        u = gas->u[i];
-        if (t > 0) u = integrate_energy(u, gas->du[i], t);
-        if (t > 0 && sph->equation == SPH_ENTROPY) u *= expf(-per_rho * gas->div_v[i] * t);
-        p = per_rho * u / rho;
-    }
-    if (sph->grad_h) p /= gas->omega[i];
-    return (struct sph_state){p, rho, 0.5f * sph_sound_speed(sph, u, rho), gas->balsara ? gas->balsara[i] : 1.0f};
-}
-
-struct sph_state sph_state_row(const struct sim *sim, const struct sph *sph, int32_t i) { return state_row(sim, sph, i); }
 
 /* The larger of x and 0, without a call (fmax must see NaN) and without a branch that nobody foresees. */
 static inline double positive(double x) { return 0.5 * (x + fabs(x)); }
@@ -299,7 +264,9 @@ void sph_stage(struct sph_work *work, const struct sim *sim, int n)
 
 void sph_stage_state(struct sph_work *work, const struct sim *sim, const struct sph *sph)
 {
-    for (int k = 0; k < work->tile.n; k++) work->tile.state[k] = state_row(sim, sph, work->row[k]);
+    const struct sph_law law = sph_law_of(sph);
+    for (int k = 0; k < work->tile.n; k++)
+        work->tile.state[k] = sph_row_state(law, &sim->time, &sim->species[GAS], work->row[k]);
 }
 
 struct sph_box sph_lanes_fill(struct sph_lanes *lanes, const struct sph_work *work, const struct sim *sim,
@@ -333,8 +300,9 @@ struct sph_box sph_lanes_fill(struct sph_lanes *lanes, const struct sph_work *wo
 void sph_lanes_state(struct sph_lanes *lanes, const struct sim *sim, const struct sph *sph,
                      struct sph_region cluster)
 {
+    const struct sph_law law = sph_law_of(sph);
     for (int l = 0; l < SPH_LANES; l++) {
-        struct sph_state s = state_row(sim, sph, cluster.row[l < cluster.n ? l : cluster.n - 1]);
+        struct sph_state s = sph_row_state(law, &sim->time, &sim->species[GAS], cluster.row[l < cluster.n ? l : cluster.n - 1]);
         lanes->p[l] = s.p;
         lanes->rho[l] = s.rho;
         lanes->half_c[l] = s.half_c;

@@ -14,12 +14,14 @@ enum { TILE = 64, ROOM = TILE + LANES };
 /* The rows on the device: place and motion are the two halves of struct sph_place. */
 struct sph_field {
     const struct sph_cell *cell;
+    const float *h_max;             /* largest smoothing length in each cell; searches do without */
     const int32_t *leaf;
     const float4 *place;            /* two a row: x, y, z, h/2; vx, vy, vz, mass */
     const float4 *state;
 };
 
-struct sph_wanted { int n; const struct sph_group *group; const int32_t *row; };
+/* row: of every entry of the groups; NULL: entry i is row own + i. */
+struct sph_wanted { int n; const struct sph_group *group; const int32_t *row; int32_t own; };
 
 /* What a pass needs of the rows that it meets. Searches see the mass in place of h/2. */
 enum sph_pass { PASS_SEARCH, PASS_DENSITY, PASS_FORCE };
@@ -50,9 +52,9 @@ static constexpr float sph_margin = 1 + 1e-5f;
 DEVICE float sph_extent_of(struct sph_extent e, float h) { return e.rows + fmaxf(e.least, e.factor * h); }
 
 template <sph_pass pass>
-DEVICE bool sph_cell_near(const struct sph_warp<pass> *w, const struct sph_cell *cell, struct sph_extent e)
+DEVICE bool sph_cell_near(const struct sph_warp<pass> *w, const struct sph_cell *cell, struct sph_extent e, float h_max)
 {
-    const double reach = (double)sph_extent_of(e, cell->h_max);
+    const double reach = (double)sph_extent_of(e, h_max);
     double sum = 0;
     for (int k = 0; k < 3; k++) {
         const double x = cell->pos[k] - w->centre[k], above = x + (double)cell->low[k] - (double)w->high[k],
@@ -151,7 +153,8 @@ DEVICE void sph_walk(struct sph_warp<pass> *w, const struct sph_field *f, struct
     w->depth = w->rows = 0;
     for (int32_t n = w->lane == 0 ? 0 : -1;; n = warp_pop(&w->memory->stack, &w->depth, w->lane)) {
         const struct sph_cell *cell = &f->cell[n < 0 ? 0 : n];
-        const bool near = n >= 0 && sph_cell_near(w, cell, e), leaf = near && cell->n_children == 0;
+        const float h_max = pass == PASS_SEARCH ? 0.f : f->h_max[n < 0 ? 0 : n];
+        const bool near = n >= 0 && sph_cell_near(w, cell, e, h_max), leaf = near && cell->n_children == 0;
         warp_push(&w->memory->stack, &w->depth, w->lane, near && !leaf, cell->child, cell->n_children);
         for (unsigned left = __ballot_sync(~0u, leaf); left != 0; left &= left - 1)
             sph_take_leaf(w, f, __shfl_sync(~0u, n, __ffs((int)left) - 1), e, act);
@@ -190,7 +193,7 @@ DEVICE bool sph_begin(struct sph_warp<pass> *w, const struct sph_field *f, const
         w->centre[k] = group.pos[k];
         w->vel[k] = group.vel[k];
     }
-    w->row = wanted->row[w->slot];
+    w->row = wanted->row ? wanted->row[w->slot] : wanted->own + w->slot;
     w->place = f->place[2 * (int64_t)w->row];
     w->motion = f->place[2 * (int64_t)w->row + 1];
     sph_about(w, &f->cell[f->leaf[w->row]], &w->place, &w->motion);

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * The integrators as modules. leapfrog: kick-drift-kick. pec: predictor, one evaluation, corrector,
  * the evaluation serving as the next start value (Heun's scheme with one force a step). */
-#include "integrate.h"
+#include "integrate_rows.h"
+#include "device.h"
 #include "log.h"
 #include "module.h"
 #include <math.h>
@@ -21,69 +22,66 @@ static void declare(struct sim *sim, void *state)
 }
 
 /* Every rank predicts the rows of the others too, so that all see the same positions. */
+HD void loop(const struct sim *sim, const struct species *s, enum integrate_part part)
+{
+    const bool all = part == INTEGRATE_PREDICT;
+    const int32_t *list = all ? s->ending : s->active;
+    const int64_t n = all ? s->n_ending : s->n_active;
+#pragma omp parallel for if (n > FEW)
+    for (int64_t k = 0; k < n; k++) integrate_row(part, &sim->time, s, list[k]);
+}
+
+/* What each part reads and writes, and which of it tells where the rows are. */
+static const struct { uint64_t home, read, write; } touched[INTEGRATE_PARTS] = {
+    [INTEGRATE_PREDICT] = {COL(pos) | COL(vel) | COL(acc), COL(acc) | COL(du) | COL(rung0), COL(pos) | COL(vel) | COL(u)},
+    [INTEGRATE_BEGIN] = {COL(vel) | COL(acc), 0, COL(acc) | COL(acc_old) | COL(du) | COL(du_old)},
+    [INTEGRATE_CORRECT] = {COL(vel) | COL(acc), COL(acc) | COL(acc_old) | COL(du) | COL(du_old) | COL(rung0), COL(vel) | COL(u)},
+    [INTEGRATE_CORRECT_SHIFT] = {COL(vel) | COL(acc), COL(acc) | COL(acc_old) | COL(du) | COL(du_old) | COL(rung0),
+                                 COL(pos) | COL(vel) | COL(u)},
+};
+
+/* On the device where the rows are there; false if the CPU must do it. */
+static bool done_there(struct sim *sim, struct species *s, enum integrate_part part)
+{
+    if (!sim_device(sim) || !rows_are_there(s, touched[part].home)) return false;
+    const struct species rows = rows_there(sim, s->kind, touched[part].read, touched[part].write);
+    integrate_launch(sim->device, part, &sim->time, &rows);
+    const char *error = device_error(sim->device);
+    return !error || !sim_leave_device(sim, "integrator", error);
+}
+
+static void integrate(struct sim *sim, enum integrate_part part)
+{
+    for_species(sim, s) {
+        if (done_there(sim, s, part)) continue;
+        rows_here(sim, 1u << s->kind, touched[part].read, touched[part].write);
+        loop(sim, s, part);
+    }
+}
+
 static void predict(struct sim *sim, void *state)
 {
     (void)state;
-    for_species(sim, s) {
-#pragma omp parallel for if (s->n_ending > FEW)
-        for (int64_t e = 0; e < s->n_ending; e++) {
-            int64_t i = s->ending[e];
-            double t = timeline_step(&sim->time, s->rung0[i]);
-            for (int k = 0; k < 3; k++) {
-                double a = s->acc[i][k];
-                s->pos[i][k] = integrate_position(s->pos[i][k], s->vel[i][k], a, t);
-                s->vel[i][k] = integrate_velocity(s->vel[i][k], a, t);
-            }
-            if (s->u && s->du) s->u[i] = integrate_energy(s->u[i], s->du[i], (float)t);
-        }
-    }
+    integrate(sim, INTEGRATE_PREDICT);
 }
 
-/* Once the rows lie where they stay for this step: room for the new accelerations. */
+/* Once the rows lie where they stay for this step. */
 static void arrange(struct sim *sim, void *state)
 {
     (void)state;
-    for_species(sim, s)
-        for (int64_t a = 0; a < s->n_active; a++) {
-            int64_t i = s->active[a];
-            for (int k = 0; k < 3; k++) {
-                s->acc_old[i][k] = s->acc[i][k];
-                s->acc[i][k] = 0;
-            }
-            if (s->du) {
-                s->du_old[i] = s->du[i];
-                s->du[i] = 0;
-            }
-        }
-}
-
-static void correct(struct sim *sim, bool shift)
-{
-    for_species(sim, s) {
-#pragma omp parallel for if (s->n_active > FEW)
-        for (int64_t a = 0; a < s->n_active; a++) {
-            int64_t i = s->active[a];
-            double t = timeline_step(&sim->time, s->rung0[i]);
-            for (int k = 0; k < 3; k++) {
-                double change = integrate_correction(s->acc_old[i][k], s->acc[i][k], t);
-                s->vel[i][k] += change;
-                if (shift) s->pos[i][k] += integrate_shift(change, t);
-            }
-            if (s->u && s->du) s->u[i] = integrate_energy(s->u[i], s->du[i] - s->du_old[i], 0.5f * (float)t);
-        }
-    }
+    integrate(sim, INTEGRATE_BEGIN);
 }
 
 static void correct_leapfrog(struct sim *sim, void *state)
 {
     (void)state;
-    correct(sim, false);
+    integrate(sim, INTEGRATE_CORRECT);
 }
 
 static void correct_pec(struct sim *sim, void *state)
 {
     (void)state;
-    correct(sim, true);
+    integrate(sim, INTEGRATE_CORRECT_SHIFT);
     if (sim->time.tick > 0) sim->fresh_potential = false;   /* the rows have moved */
 }
 
@@ -117,12 +115,12 @@ static void warn_pec(struct sim *sim, void *state)
 
 const struct module leapfrog_module = {
     .name = "leapfrog", .doc = "kick-drift-kick, time-reversible", .kind = MODULE_INTEGRATOR,
-    .declare = declare, .warn = warn_leapfrog,
+    .declare = declare, .resident = true, .warn = warn_leapfrog,
     .hook = {[HOOK_PREDICT] = predict, [HOOK_ARRANGE] = arrange, [HOOK_CORRECT] = correct_leapfrog},
 };
 
 const struct module pec_module = {
     .name = "pec", .doc = "predictor-corrector with one evaluation a step", .kind = MODULE_INTEGRATOR,
-    .declare = declare, .warn = warn_pec,
+    .declare = declare, .resident = true, .warn = warn_pec,
     .hook = {[HOOK_PREDICT] = predict, [HOOK_ARRANGE] = arrange, [HOOK_CORRECT] = correct_pec},
 };

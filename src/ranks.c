@@ -158,6 +158,7 @@ void ranks_share(struct sim *sim, uint64_t columns)
 {
     int size = comm_size();
     if (size == 1) return;
+    rows_here(sim, ALL_SPECIES, columns, columns);
     if (sim->spread) {
         ghosts_share(sim, columns);
         return;
@@ -246,5 +247,5 @@ static void share_density(struct sim *sim, void *state)
 
 const struct module ranks_module = {
     .name = "ranks", .doc = "what one rank computes reaches the others", .kind = MODULE_DRIVER,
-    .hook = {[HOOK_H] = share_h, [HOOK_DENSITY] = share_density},
+    .resident = true, .hook = {[HOOK_H] = share_h, [HOOK_DENSITY] = share_density},
 };

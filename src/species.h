@@ -16,6 +16,10 @@ enum { GAS_BIT = 1 << GAS, CLOUD_BIT = 1 << CLOUD, STAR_BIT = 1 << STAR, DARK_BI
        ALL_SPECIES = (1 << N_SPECIES) - 1 };
 extern const char *const species_names[N_SPECIES];
 
+/* C++ would have no parentheses where a column has one component. */
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wparentheses"
+
 struct copies;      /* of columns, on a device (device_rows.h) */
 
 struct species {
@@ -35,6 +39,7 @@ struct species {
     SPECIES_COLUMNS(COLUMN)
 #undef COLUMN
 };
+#pragma GCC diagnostic pop
 
 /* Marks a column as needed. Columns are allocated by species_reserve. */
 void species_need(struct species *table, enum column column);

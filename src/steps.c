@@ -48,6 +48,7 @@ bool steps_births_due(const struct sim *sim)
 static void tree_arrange(struct sim *sim, void *state)
 {
     (void)state;
+    rows_here(sim, ALL_SPECIES, COL_MOTION | COL(mass) | COL(id), box_closed(&sim->box) ? COL(pos) : 0);
     if (sim->tree.leaf_size == 0) tree_need_leaf(&sim->tree, LEAF_ROWS);
     if (steps_rebuild_due(sim)) {
         box_wrap_rows(sim);
@@ -65,7 +66,7 @@ static void tree_arrange(struct sim *sim, void *state)
 
 const struct module tree_module = {
     .name = "tree", .doc = "keys, sort, octree, domains", .kind = MODULE_FRAME,
-    .hook[HOOK_ARRANGE] = tree_arrange,
+    .resident = true, .hook[HOOK_ARRANGE] = tree_arrange,
 };
 
 /* Updates that steps without rounding would take, of all ranks: of each row's own, counted where a step begins, and of
@@ -120,6 +121,7 @@ static void steps_limit(struct sim *sim, void *state)
 {
     struct steps *steps = state;
     double own = 0;
+    rows_here(sim, ALL_SPECIES, COL_MOTION | COL(u) | COL(dt), COL(rung) | COL(rung0));
     if (steps->shortest > 0) steps->now.common += (double)count_rows(sim) * sim->last_dt / steps->shortest;
     steps->now.updates = (double)sim->updates;
     if (sim->synchronous) steps->whole = steps->now;
@@ -184,5 +186,5 @@ void steps_log_gain(const struct sim *sim)
 
 const struct module steps_module = {
     .name = "steps", .doc = "rungs from allowed steps", .kind = MODULE_DRIVER,
-    .state_bytes = sizeof(struct steps), .saved = saved, .hook[HOOK_LIMIT] = steps_limit,
+    .state_bytes = sizeof(struct steps), .saved = saved, .resident = true, .hook[HOOK_LIMIT] = steps_limit,
 };

@@ -99,6 +99,7 @@ static void time_begin(struct sim *sim, void *state)
 static void time_limit(struct sim *sim, void *state)
 {
     (void)state;
+    rows_here(sim, ALL_SPECIES, 0, COL(dt));
     for_species(sim, s)
         for (int64_t a = 0; a < s->n_active; a++) s->dt[s->active[a]] = (float)sim->time.dt_max;
 }
@@ -106,6 +107,6 @@ static void time_limit(struct sim *sim, void *state)
 const struct module time_module = {
     .name = "time", .doc = "length of the run, integrator, steps", .kind = MODULE_DRIVER,
     .params = params, .state_bytes = sizeof(struct time_block),
-    .declare = time_declare, .begin = time_begin,
+    .declare = time_declare, .begin = time_begin, .resident = true,
     .hook[HOOK_LIMIT] = time_limit,
 };

@@ -8,6 +8,7 @@
  * within its step. At tick_end every row is active, whatever its rung. */
 #ifndef TEPHRA_TIMELINE_H
 #define TEPHRA_TIMELINE_H
+#include "hd.h"
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -24,27 +25,27 @@ struct timeline {
     bool classic;           /* time.criterion: classic */
 };
 
-static inline double timeline_seconds(const struct timeline *t, int64_t ticks)
+HD double timeline_seconds(const struct timeline *t, int64_t ticks)
 { return (double)ticks * (t->dt_max / (double)((int64_t)1 << RUNG_TOP)); }
-static inline double timeline_now(const struct timeline *t)
+HD double timeline_now(const struct timeline *t)
 { return t->start + timeline_seconds(t, t->tick); }
-static inline bool timeline_divides(int64_t tick, int rung)
+HD bool timeline_divides(int64_t tick, int rung)
 { return (tick & (((int64_t)1 << rung) - 1)) == 0; }
-static inline bool timeline_active(const struct timeline *t, int rung)
+HD bool timeline_active(const struct timeline *t, int rung)
 { return timeline_divides(t->tick, rung) || t->tick == t->tick_end; }
 /* Tick at which the step of a row that is not active now, or is about to be predicted, began. */
-static inline int64_t timeline_began(const struct timeline *t, int rung0)
+HD int64_t timeline_began(const struct timeline *t, int rung0)
 { return (t->tick - 1) & ~(((int64_t)1 << rung0) - 1); }
 /* Time from the row's state to now: 0 for active rows, which PREDICT has brought to now. */
-static inline double timeline_lag(const struct timeline *t, int rung, int rung0)
+HD double timeline_lag(const struct timeline *t, int rung, int rung0)
 { return timeline_active(t, rung) ? 0.0 : timeline_seconds(t, t->tick - timeline_began(t, rung0)); }
 /* Length of the step that ends now for an active row; 0 at the very start. */
-static inline double timeline_step(const struct timeline *t, int rung0)
+HD double timeline_step(const struct timeline *t, int rung0)
 { return t->tick == 0 ? 0.0 : timeline_seconds(t, t->tick - timeline_began(t, rung0)); }
 /* The highest rung not above RUNG_TOP whose step divides the tick and lasts at most dt, to the rounding of a float; -1
  * if even one tick is longer than dt. */
 int timeline_rung(const struct timeline *t, double dt);
 /* All rows are synchronous now. */
-static inline bool timeline_synchronous(const struct timeline *t)
+HD bool timeline_synchronous(const struct timeline *t)
 { return timeline_active(t, RUNG_TOP); }
 #endif

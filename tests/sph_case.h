@@ -85,6 +85,7 @@ static inline void case_density(struct sim *sim)
 static inline void case_force(struct sim *sim)
 {
     struct species *gas = case_gas(sim);
+    rows_here(sim, GAS_BIT, 0, COL(acc) | COL(du));
     for (int64_t a = 0; a < gas->n_active; a++) {
         int32_t i = gas->active[a];
         for (int d = 0; d < 3; d++) gas->acc[i][d] = 0;

@@ -36,6 +36,7 @@ static void compute(struct sim *sim)
     case_arrange(sim);
     case_density(sim);
     case_force(sim);
+    rows_here(sim, GAS_BIT, COL_MOTION, 0);
     tree_follow(sim);
     sim->time.tick = later;
     sim_find_active(sim);
@@ -43,6 +44,7 @@ static void compute(struct sim *sim)
     tree_mark_active(sim);
     case_density(sim);
     case_force(sim);
+    rows_here(sim, GAS_BIT, COL_ALL, 0);
     assert_false(sim->failure.set);
 }
 

@@ -60,6 +60,8 @@ template <typename T> static T __shfl_up_sync(unsigned mask, T value, unsigned l
 { return __shfl_sync(mask, value, shim_lane() < (int)lanes ? shim_lane() : shim_lane() - (int)lanes); }
 template <typename T> static T __shfl_down_sync(unsigned mask, T value, unsigned lanes)
 { return __shfl_sync(mask, value, shim_lane() + (int)lanes > 31 ? shim_lane() : shim_lane() + (int)lanes); }
+static inline int __float_as_int(float x) { int bits; memcpy(&bits, &x, sizeof bits); return bits; }
+template <typename T> static T atomicMax(T *place, T value) { T old = *place; *place = max(old, value); return old; }
 template <typename T> static T atomicAdd(T *place, T value) { T old = *place; *place += value; return old; }
 
 /* The part of the runtime that device_cuda.cu calls; memory of the device is memory of the host. */
