@@ -7,7 +7,8 @@ extern "C" {
 #include "device.h"
 
 cudaStream_t device_stream(const struct device *device);
-/* Notes a fault of the launch just made; later faults name this kernel. */
+/* Around a launch: its time is taken; a fault of it is noted, and later ones name this kernel. */
+void device_launching(struct device *device, const char *kernel);
 void device_launched(struct device *device, const char *kernel);
 }
 
@@ -16,6 +17,7 @@ static void device_launch(struct device *device, const char *name, void (*kernel
                           Arguments... arguments)
 {
     if (!device_sound(device)) return;
+    device_launching(device, name);
     launch(kernel, grid, block, device_stream(device), arguments...);
     device_launched(device, name);
 }

@@ -36,6 +36,12 @@ bool device_sound(const struct device *device);
 bool device_full(const struct device *device);
 /* After lack of memory: what is there can be brought home. */
 void device_forgive(struct device *device);
+/* What the device has spent since the start on each kernel and on copies, in the order of their first use; waits for the work in
+ * flight. bytes: copied. The list lasts until the next work. */
+struct device_cost { const char *name; int64_t calls, bytes; double seconds; };
+int device_costs(struct device *device, const struct device_cost **list);
+/* Bytes that went over, both ways together, since the start. */
+int64_t device_copied(const struct device *device);
 /* Memory of the device, not cleared; NULL if it does not fit, which is an error of the device. */
 void *device_alloc(struct device *device, const char *owner, size_t bytes);
 void device_free(struct device *device, void *block);

@@ -2,9 +2,14 @@
  * A device by the CUDA runtime: memory, copies and the first fault. */
 #include "device.cuh"
 #include <stdio.h>
+#include <string.h>
 extern "C" {
 #include "mem.h"
 }
+
+/* Launches and copies whose times are not read yet: between two events each. */
+enum { PENDING = 256, COSTS = 128 };
+struct pending { cudaEvent_t from, to; int cost; };
 
 struct device {
     int index;
@@ -13,6 +18,10 @@ struct device {
     bool full;              /* the first fault was lack of memory */
     char name[256];
     char error[512];
+    struct pending pending[PENDING];
+    int n_pending, n_costs;
+    int64_t copied;
+    struct device_cost cost[COSTS];
 };
 
 bool device_sound(const struct device *device) { return !device->error[0]; }
@@ -24,6 +33,57 @@ static void note(struct device *device, cudaError_t status, const char *what)
         snprintf(device->error, sizeof device->error, "%s failed on %s: %s", what, device->name,
                  cudaGetErrorString(status));
 }
+
+/* Where the costs of what has this name stand. */
+static int cost_of(struct device *device, const char *name)
+{
+    for (int c = 0; c < device->n_costs; c++)
+        if (device->cost[c].name == name || strcmp(device->cost[c].name, name) == 0) return c;
+    if (device->n_costs == COSTS) return COSTS - 1;
+    device->cost[device->n_costs].name = name;
+    return device->n_costs++;
+}
+
+/* Reads the times of all that has been begun. */
+static void settle(struct device *device)
+{
+    for (int p = 0; p < device->n_pending; p++) {
+        float milliseconds = 0;
+        cudaEventSynchronize(device->pending[p].to);
+        if (cudaEventElapsedTime(&milliseconds, device->pending[p].from, device->pending[p].to) == cudaSuccess)
+            device->cost[device->pending[p].cost].seconds += 1e-3 * (double)milliseconds;
+    }
+    device->n_pending = 0;
+}
+
+static void begin(struct device *device, const char *name, size_t bytes)
+{
+    if (device->n_pending == PENDING) settle(device);
+    struct pending *p = &device->pending[device->n_pending];
+    p->cost = cost_of(device, name);
+    device->cost[p->cost].calls++;
+    device->cost[p->cost].bytes += (int64_t)bytes;
+    if (!p->from) note(device, cudaEventCreate(&p->from), name);
+    if (!p->to) note(device, cudaEventCreate(&p->to), name);
+    if (device_sound(device)) note(device, cudaEventRecord(p->from, device->stream), name);
+}
+
+static void end(struct device *device)
+{
+    struct pending *p = &device->pending[device->n_pending];
+    if (!device_sound(device)) return;
+    note(device, cudaEventRecord(p->to, device->stream), device->cost[p->cost].name);
+    device->n_pending++;
+}
+
+int device_costs(struct device *device, const struct device_cost **list)
+{
+    settle(device);
+    *list = device->cost;
+    return device->n_costs;
+}
+
+int64_t device_copied(const struct device *device) { return device->copied; }
 
 struct device *device_find(int rank, char *why, size_t why_bytes)
 {
@@ -56,6 +116,10 @@ struct device *device_find(int rank, char *why, size_t why_bytes)
 
 void device_release(struct device *device)
 {
+    for (int p = 0; p < PENDING; p++) {
+        if (device->pending[p].from) cudaEventDestroy(device->pending[p].from);
+        if (device->pending[p].to) cudaEventDestroy(device->pending[p].to);
+    }
     cudaStreamDestroy(device->stream);
     mem_free(device);
 }
@@ -98,23 +162,29 @@ void device_free(struct device *device, void *block)
     if (block) note(device, cudaFree(block), "giving memory back");
 }
 
+static void copy(struct device *device, const char *name, void *to, const void *from, size_t bytes, cudaMemcpyKind kind)
+{
+    if (bytes == 0 || !device_sound(device)) return;
+    begin(device, name, bytes);
+    note(device, cudaMemcpyAsync(to, from, bytes, kind, device->stream), name);
+    end(device);
+    device->copied += kind == cudaMemcpyDeviceToDevice ? 0 : (int64_t)bytes;
+}
+
 void device_upload(struct device *device, void *to, const void *from, size_t bytes)
 {
-    if (bytes > 0 && device_sound(device))
-        note(device, cudaMemcpyAsync(to, from, bytes, cudaMemcpyHostToDevice, device->stream), "a copy to the device");
+    copy(device, "copies to the device", to, from, bytes, cudaMemcpyHostToDevice);
 }
 
 void device_download(struct device *device, void *to, const void *from, size_t bytes)
 {
-    if (bytes == 0 || !device_sound(device)) return;
-    note(device, cudaMemcpyAsync(to, from, bytes, cudaMemcpyDeviceToHost, device->stream), "a copy from the device");
-    note(device, cudaStreamSynchronize(device->stream), device->kernel);
+    copy(device, "copies from the device", to, from, bytes, cudaMemcpyDeviceToHost);
+    if (bytes > 0 && device_sound(device)) note(device, cudaStreamSynchronize(device->stream), device->kernel);
 }
 
 void device_copy(struct device *device, void *to, const void *from, size_t bytes)
 {
-    if (bytes > 0 && device_sound(device))
-        note(device, cudaMemcpyAsync(to, from, bytes, cudaMemcpyDeviceToDevice, device->stream), "a copy on the device");
+    copy(device, "copies on the device", to, from, bytes, cudaMemcpyDeviceToDevice);
 }
 
 /* A thread a word: to[i] = from[order[i]] for rows of so many words. */
@@ -141,10 +211,13 @@ void device_gather(struct device *device, void *to, const void *from, const int3
                       (const uint32_t *)from, order, n, words);
 }
 
+void device_launching(struct device *device, const char *kernel) { begin(device, kernel, 0); }
+
 void device_launched(struct device *device, const char *kernel)
 {
     device->kernel = kernel;
     note(device, cudaGetLastError(), kernel);
+    end(device);
 }
 
 cudaStream_t device_stream(const struct device *device) { return device->stream; }

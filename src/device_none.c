@@ -40,3 +40,12 @@ void integrate_launch(struct device *device, enum integrate_part part, const str
 {
     check(!device && part < INTEGRATE_PARTS && time && rows);
 }
+
+int device_costs(struct device *device, const struct device_cost **list)
+{
+    check(!device);
+    *list = NULL;
+    return 0;
+}
+
+int64_t device_copied(const struct device *device) { check(!device); return 0; }

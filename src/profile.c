@@ -2,6 +2,7 @@
  * The profile of a run. */
 #include "profile.h"
 #include "comm.h"
+#include "device.h"
 #include "file/text_file.h"
 #include "ghosts.h"
 #include "mem.h"
@@ -11,9 +12,10 @@
 #include <time.h>
 
 /* waited: CPU seconds in calls that wait for other ranks */
-struct entry { double wall, cpu, waited; int64_t calls, rows; };
+struct entry { double wall, cpu, waited; int64_t calls, rows, bytes; };
 struct profile {
     double wall, cpu, waited;   /* at profile_start */
+    int64_t bytes;
     struct entry entry[];
 };
 
@@ -34,14 +36,15 @@ struct profile *profile_new(int calls)
 
 void profile_free(struct profile *profile) { mem_free(profile); }
 
-void profile_start(struct profile *profile)
+void profile_start(struct profile *profile, int64_t bytes)
 {
+    profile->bytes = bytes;
     profile->wall = profile_wall();
     profile->cpu = profile_cpu();
     profile->waited = comm_cost().cpu;
 }
 
-void profile_stop(struct profile *profile, int call, int64_t rows)
+void profile_stop(struct profile *profile, int call, int64_t rows, int64_t bytes)
 {
     struct entry *entry = &profile->entry[call];
     entry->wall += profile_wall() - profile->wall;
@@ -49,9 +52,19 @@ void profile_stop(struct profile *profile, int call, int64_t rows)
     entry->waited += comm_cost().cpu - profile->waited;
     entry->calls++;
     entry->rows += rows;
+    entry->bytes += bytes - profile->bytes;
 }
 
 double profile_spent(const struct profile *profile, int call) { return profile->entry[call].cpu; }
+
+/* Kernels and copies, of the whole step. */
+static void write_device(struct device *device, FILE *stream)
+{
+    const struct device_cost *cost;
+    for (int c = 0, n = device_costs(device, &cost); c < n; c++)
+        fprintf(stream, "DEVICE,%s,%.6f,0,%lld,0,%lld\n", cost[c].name, cost[c].seconds, (long long)cost[c].calls,
+                (long long)cost[c].bytes);
+}
 
 void profile_write(const struct sim *sim, const char *path)
 {
@@ -59,13 +72,14 @@ void profile_write(const struct sim *sim, const char *path)
     struct text_file file = text_file_open(path);
     FILE *stream = file.stream;
     if (!stream) fail(STATUS_ENVIRONMENT, "%s: cannot be written: %s", path, strerror(errno));
-    fprintf(stream, "hook,module,wall [s],cpu [s],calls,rows\n");
+    fprintf(stream, "hook,module,wall [s],cpu [s],calls,rows,copied [bytes]\n");
     for (int c = 0; c < sim->n_call; c++) {
         const struct entry *entry = &sim->profile->entry[c];
-        fprintf(stream, "%s,%s,%.6f,%.6f,%lld,%lld\n", hook_names[sim->call[c].hook],
+        fprintf(stream, "%s,%s,%.6f,%.6f,%lld,%lld,%lld\n", hook_names[sim->call[c].hook],
                 sim->use[sim->call[c].use].module->name, entry->wall, entry->cpu,
-                (long long)entry->calls, (long long)entry->rows);
+                (long long)entry->calls, (long long)entry->rows, (long long)entry->bytes);
     }
+    if (sim->device) write_device(sim->device, stream);
     if (!text_file_close(&file)) fail(STATUS_ENVIRONMENT, "%s: cannot be written: %s", path, strerror(errno));
 }
 

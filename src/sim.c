@@ -149,6 +149,8 @@ void sim_warn(struct sim *sim)
         if (sim->use[u].module->warn) sim->use[u].module->warn(sim, sim->use[u].state);
 }
 
+static int64_t copied(const struct sim *sim) { return sim->device ? device_copied(sim->device) : 0; }
+
 void sim_run_hook(struct sim *sim, int hook)
 {
     for (int c = 0; c < sim->n_call; c++) {
@@ -156,10 +158,10 @@ void sim_run_hook(struct sim *sim, int hook)
         const struct use *use = &sim->use[sim->call[c].use];
         int64_t rows = 0;
         for_species(sim, s) rows += s->n_active;
-        profile_start(sim->profile);
+        profile_start(sim->profile, copied(sim));
         if (!use->module->resident) rows_here(sim, ALL_SPECIES, COL_ALL, hook == HOOK_RECORD ? 0 : COL_ALL);
         use->module->hook[hook](sim, use->state);
-        profile_stop(sim->profile, c, rows);
+        profile_stop(sim->profile, c, rows, copied(sim));
     }
 }
 

@@ -25,6 +25,13 @@ for run in cpu cuda; do
     awk -F, 'NR == 1 { for (i = 1; i <= NF; i++) if ($i ~ /^total/) c = i } END { printf "%.5f\n", $c }' tree-$run/energy.csv
 done | uniq | wc -l | grep -qx 1 || fail "energies with the tree on the device and on the CPU differ"
 
+# profile.csv tells what crosses, hook by hook, and what kernels and copies take.
+for name in sph_search_rows sph_density_rows sph_force_rows integrate_rows 'copies to the device' 'copies from the device'; do
+    awk -F, -v name="$name" '$1 == "DEVICE" && $2 == name && $3 > 0 && $5 > 0 { found = 1 } END { exit !found }' tree-cuda/profile.csv ||
+        fail "profile.csv does not tell of $name"
+done
+awk -F, '$1 == "DENSITY" && $2 == "sph" && $7 > 0 { found = 1 } END { exit !found }' tree-cuda/profile.csv || fail "no bytes in profile.csv"
+
 # Star clusters: sums in floats where nothing else is asked, rows predicted there; a restart goes on bit for bit.
 cluster=$TEPHRA_SOURCE/ics/cluster.yml
 stars="--set start.n=200 --set output.snapshot_every=0.0625 --set output.picture_every=1"
@@ -50,10 +57,10 @@ same full4/snapshot_002.hdf5 cpu4/snapshot_002.hdf5
 # Too small a device: auto goes on on the CPU, bit for bit what it gives from the start; cuda ends with 5.
 export SHIM_BYTES=1000
 expect_status 0 "$program" run "$scene" $small --device auto --out small
-expect_text 'sph: gas needs .* GB are free; the CPU goes on' err
+expect_text 'sph: rows needs .* GB are free; the CPU goes on' err
 cmp cpu/energy.csv small/energy.csv || fail "the CPU after a full device is not the CPU"
 expect_status 5 "$program" run "$scene" $small --device cuda --out small2
-expect_text 'error: sph: gas needs' err
+expect_text 'error: sph: rows needs' err
 expect_status 5 "$program" run --restart cpu --set time.end=0.15 --device cuda
 expect_text 'the last checkpoint, of t = 0.1, is whole: tephra run --restart cpu' err
 unset SHIM_BYTES
