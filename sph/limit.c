@@ -199,14 +199,19 @@ static void compare_granted(struct sim *sim, struct sph *sph, const struct wish 
     mem_free(row);
 }
 
-/* What is granted becomes the step of an active row, or wakes a sleeping one. A row may come twice:
- * one that was just woken can look active, but its step is not used then. */
+/* What is granted becomes the step of an active row, or wakes a sleeping one; if suddenly, for a step that counts from now.
+ * A row may come twice: one that was just woken can look active, but its step is not used then. */
 static void apply(const struct sim *sim, int32_t i)
 {
     const struct species *gas = &sim->species[GAS];
+    uint8_t rung = gas->next_rung[i];
     float step = nextafterf((float)timeline_seconds(&sim->time, (int64_t)1 << gas->next_rung[i]), INFINITY);
-    if (timeline_active(&sim->time, gas->rung[i])) gas->dt[i] = fminf(gas->dt[i], step);
-    else gas->rung[i] = gas->next_rung[i];
+    if (timeline_active(&sim->time, gas->rung[i])) {
+        gas->dt[i] = fminf(gas->dt[i], step);
+        return;
+    }
+    while (timeline_sudden(rung, gas->rung0[i]) && !timeline_divides(sim->time.tick, rung)) rung--;
+    gas->rung[i] = rung;
 }
 
 /* Every rank learns the wishes of all; their number. */

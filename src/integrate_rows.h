@@ -38,7 +38,7 @@ HD void integrate_begin_row(const struct species *s, int64_t i)
 
 HD void integrate_correct_row(const struct timeline *time, const struct species *s, int64_t i, bool shift)
 {
-    const double t = timeline_step(time, s->rung0[i]);
+    const double t = timeline_felt(time, s->rung[i], s->rung0[i]);
     for (int k = 0; k < 3; k++) {
         const double change = integrate_correction((double)s->acc_old[i][k], (double)s->acc[i][k], t);
         s->vel[i][k] += change;

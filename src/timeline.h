@@ -42,6 +42,17 @@ HD double timeline_lag(const struct timeline *t, int rung, int rung0)
 /* Length of the step that ends now for an active row; 0 at the very start. */
 HD double timeline_step(const struct timeline *t, int rung0)
 { return t->tick == 0 ? 0.0 : timeline_seconds(t, t->tick - timeline_began(t, rung0)); }
+/* A row whose rung falls by more levels than this within its step was woken because a neighbour changed at once, by a supernova,
+ * say; measured in doc/manual/integrators.md. */
+enum { RUNG_SUDDEN = 4 };
+HD bool timeline_sudden(int rung, int rung0) { return rung0 - rung > RUNG_SUDDEN; }
+/* Part of the step that ends now to which the rates at its end belong: all of it, but of a row that was woken suddenly only what
+ * is left since then. Its rung divided the tick at which that was. */
+HD double timeline_felt(const struct timeline *t, int rung, int rung0)
+{
+    const double step = timeline_step(t, rung0), since = timeline_seconds(t, (int64_t)1 << rung);
+    return timeline_sudden(rung, rung0) && since < step ? since : step;
+}
 /* The highest rung not above RUNG_TOP whose step divides the tick and lasts at most dt, to the rounding of a float; -1
  * if even one tick is longer than dt. */
 int timeline_rung(const struct timeline *t, double dt);
