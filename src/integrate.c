@@ -35,8 +35,9 @@ HD void loop(const struct sim *sim, const struct species *s, enum integrate_part
 static const struct { uint64_t home, read, write; } touched[INTEGRATE_PARTS] = {
     [INTEGRATE_PREDICT] = {COL(pos) | COL(vel) | COL(acc), COL(acc) | COL(du) | COL(rung0), COL(pos) | COL(vel) | COL(u)},
     [INTEGRATE_BEGIN] = {COL(vel) | COL(acc), 0, COL(acc) | COL(acc_old) | COL(du) | COL(du_old)},
-    [INTEGRATE_CORRECT] = {COL(vel) | COL(acc), COL(acc) | COL(acc_old) | COL(du) | COL(du_old) | COL(rung0), COL(vel) | COL(u)},
-    [INTEGRATE_CORRECT_SHIFT] = {COL(vel) | COL(acc), COL(acc) | COL(acc_old) | COL(du) | COL(du_old) | COL(rung0),
+    [INTEGRATE_CORRECT] = {COL(vel) | COL(acc), COL(acc) | COL(acc_old) | COL(du) | COL(du_old) | COL(rung) | COL(rung0),
+                           COL(vel) | COL(u)},
+    [INTEGRATE_CORRECT_SHIFT] = {COL(vel) | COL(acc), COL(acc) | COL(acc_old) | COL(du) | COL(du_old) | COL(rung) | COL(rung0),
                                  COL(pos) | COL(vel) | COL(u)},
 };
 
