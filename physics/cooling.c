@@ -5,7 +5,9 @@
 #include "cooling.h"
 #include "comm.h"
 #include "cooling_curve.h"
+#include "cooling_engine.h"
 #include "data.h"
+#include "device.h"
 #include "file/layout.h"
 #include "log.h"
 #include "mem.h"
@@ -14,7 +16,6 @@
 #include <math.h>
 
 enum curve { TABLE, KOYAMA_INUTSUKA };
-enum reservoir { RADIATED, HEATED_PHOTO, HEATED_FLOOR, N_RESERVOIRS };
 static const char *const reservoir_names[N_RESERVOIRS] = {"radiated", "heated_photo", "heated_floor"};
 
 struct cooling {
@@ -26,7 +27,8 @@ struct cooling {
     struct cooling_table *data;
     struct cooling_curve **bin;     /* by [Fe/H], from first_bin upwards; one where all gas is the same */
     int n_bins;
-    double energy, density, time;   /* code units in cgs */
+    struct cooling_law law;         /* of the same */
+    struct cooling_engine *engine;  /* on a device; made at the first step there */
     double booked[N_RESERVOIRS];    /* of all ranks, since the start; negative where the gas gained */
     bool beyond;                    /* gas hotter than the table was met, on any rank */
 };
@@ -95,11 +97,7 @@ static struct cooling_curve *make_curve(const struct cooling *cooling, double fe
 }
 
 static const struct cooling_curve *curve_of(const struct cooling *cooling, const struct species *gas, int64_t i)
-{
-    if (cooling->n_bins == 1) return cooling->bin[0];
-    double place = (cooling_table_feh(gas->metals[i] / gas->mass[i]) - first_bin) / bin_width;
-    return cooling->bin[(int)fmin(fmax(place + 0.5, 0), cooling->n_bins - 1)];
-}
+{ return cooling_curve_of(&cooling->law, gas, i); }
 
 /* Temperatures of the start with the table's mass of a particle instead of a constant one. */
 static void correct_start(struct sim *sim, const struct cooling *cooling)
@@ -107,7 +105,7 @@ static void correct_start(struct sim *sim, const struct cooling *cooling)
     struct species *gas = &sim->species[GAS];
     double kelvin = layout_kelvin(sim);
     for (int64_t i = 0; i < gas->n; i++)
-        gas->u[i] = (float)(cooling_curve_u(curve_of(cooling, gas, i), kelvin * (double)gas->u[i]) / cooling->energy);
+        gas->u[i] = (float)(cooling_curve_u(curve_of(cooling, gas, i), kelvin * (double)gas->u[i]) / cooling->law.energy);
 }
 
 /* All gas on one curve, or one for each bin of metallicity if another module follows the metals. */
@@ -122,9 +120,9 @@ static void begin(struct sim *sim, void *state)
         double feh = followed ? first_bin + b * bin_width : cooling_table_feh(cooling->metallicity);
         cooling->bin[b] = make_curve(cooling, feh, sph->gamma);
     }
-    cooling->energy = units_cgs(&sim->units, "specific_energy");
-    cooling->density = units_cgs(&sim->units, "density");
-    cooling->time = units_cgs(&sim->units, "time");
+    cooling->law = (struct cooling_law){(const struct cooling_curve *const *)cooling->bin, cooling->n_bins, first_bin, bin_width,
+                                        units_cgs(&sim->units, "specific_energy"), units_cgs(&sim->units, "density"),
+                                        units_cgs(&sim->units, "time")};
     if (sim->kelvin) correct_start(sim, cooling);
 }
 
@@ -132,6 +130,7 @@ static void end(struct sim *sim, void *state)
 {
     struct cooling *cooling = state;
     (void)sim;
+    cooling_engine_free(cooling->engine);
     for (int b = 0; b < cooling->n_bins; b++) cooling_curve_free(cooling->bin[b]);
     mem_free(cooling->bin);
     cooling_table_free(cooling->data);
@@ -142,55 +141,66 @@ double cooling_time(const struct sim *sim, int64_t row)
     const struct cooling *cooling = sim_state(sim, "cooling");
     const struct species *gas = &sim->species[GAS];
     if (!cooling) return INFINITY;
-    double u = (double)gas->u[row] * cooling->energy, rho = (double)gas->rho[row] * cooling->density;
+    double u = (double)gas->u[row] * cooling->law.energy, rho = (double)gas->rho[row] * cooling->law.density;
     double rate = cooling_curve_rate(curve_of(cooling, gas, row), u, rho);
-    return rate < 0 ? u / -rate / cooling->time : INFINITY;
-}
-
-/* What one row loses and gains over its step, added to `booked` in code units. */
-static void cool_row(const struct sim *sim, const struct cooling *cooling, int64_t i, double booked[N_RESERVOIRS])
-{
-    const struct species *gas = &sim->species[GAS];
-    const struct cooling_curve *curve = curve_of(cooling, gas, i);
-    double dt = timeline_step(&sim->time, gas->rung0[i]) * cooling->time;
-    if (dt == 0) return;
-    double before = (double)gas->u[i], raised = fmax(before, curve->node[0].u / cooling->energy);
-    double rho = (double)gas->rho[i] * cooling->density;
-    gas->u[i] = (float)(cooling_curve_advance(curve, raised * cooling->energy, rho, dt) / cooling->energy);
-    double heated = curve->heating * dt / cooling->energy;
-    booked[HEATED_FLOOR] -= gas->mass[i] * (raised - before);
-    booked[HEATED_PHOTO] -= gas->mass[i] * heated;
-    booked[RADIATED] += gas->mass[i] * (raised + heated - (double)gas->u[i]);
+    return rate < 0 ? u / -rate / cooling->law.time : INFINITY;
 }
 
 /* Told once, by whatever rank the gas is met. */
 static void warn_beyond(struct cooling *cooling, float u)
 {
     const double table_end = pow(10, cooling->data->log_t[cooling->data->n_t - 1]);
-    double most = cooling_curve_temperature(cooling->bin[0], (double)u * cooling->energy);
+    double most = cooling_curve_temperature(cooling->bin[0], (double)u * cooling->law.energy);
     if (cooling->beyond) return;
     comm_max(&most, 1);
     cooling->beyond = most > table_end;
     if (cooling->beyond) log_warning("cooling: gas is hotter than the table's %.3g K: continued with T^(1/2)", table_end);
 }
 
-static void source(struct sim *sim, void *state)
+/* The rows' losses on the CPU; the largest u that they begin with. */
+static float cool_here(const struct sim *sim, const struct cooling *cooling, double sum[N_RESERVOIRS])
 {
     enum { BLOCK = 1024 };
-    struct cooling *cooling = state;
     const struct species *gas = &sim->species[GAS];
     float hottest = 0;
     int64_t blocks = (gas->n_active + BLOCK - 1) / BLOCK;
-    double (*part)[N_RESERVOIRS] = mem_alloc("cooling", (size_t)blocks * sizeof *part), sum[N_RESERVOIRS] = {0};
+    double (*part)[N_RESERVOIRS] = mem_alloc("cooling", (size_t)blocks * sizeof *part);
 #pragma omp parallel for schedule(dynamic) reduction(max : hottest)
     for (int64_t b = 0; b < blocks; b++)
         for (int64_t a = b * BLOCK; a < (b + 1) * BLOCK && a < gas->n_active; a++) {
-            hottest = fmaxf(hottest, gas->u[gas->active[a]]);
-            cool_row(sim, cooling, gas->active[a], part[b]);
+            const int32_t i = gas->active[a];
+            hottest = fmaxf(hottest, gas->u[i]);
+            cooling_row(&cooling->law, gas, i, timeline_step(&sim->time, gas->rung0[i]), part[b]);
         }
     for (int64_t b = 0; b < blocks; b++)    /* in order: the same on any number of threads */
         for (int k = 0; k < N_RESERVOIRS; k++) sum[k] += part[b][k];
     mem_free(part);
+    return hottest;
+}
+
+static const uint64_t reads = COL(rho) | COL(mass) | COL(rung0), changes = COL(u);
+static uint64_t read_with(const struct cooling *cooling) { return cooling->n_bins > 1 ? reads | COL(metals) : reads; }
+
+/* The same on the device, where the rows are there; false if the CPU must do it. */
+static bool cool_there(struct sim *sim, struct cooling *cooling, double sum[N_RESERVOIRS], float *hottest)
+{
+    if (!sim_device(sim) || !rows_are_there(&sim->species[GAS], COL(u) | COL(rho))) return false;
+    const struct species rows = rows_there(sim, GAS, read_with(cooling), changes);
+    if (!cooling->engine) cooling->engine = cooling_engine_create(sim->device, &cooling->law);
+    cooling_engine_advance(cooling->engine, &sim->time, &rows, sum, hottest);
+    const char *error = device_error(sim->device);
+    return !error || !sim_leave_device(sim, "cooling", error);
+}
+
+static void source(struct sim *sim, void *state)
+{
+    struct cooling *cooling = state;
+    double sum[N_RESERVOIRS] = {0};
+    float hottest = 0;
+    if (!cool_there(sim, cooling, sum, &hottest)) {
+        rows_here(sim, GAS_BIT, read_with(cooling), changes);
+        hottest = cool_here(sim, cooling, sum);
+    }
     warn_beyond(cooling, hottest);
     comm_sum(sum, N_RESERVOIRS);
     for (int k = 0; k < N_RESERVOIRS; k++) cooling->booked[k] += sum[k];
@@ -212,7 +222,7 @@ static void temperature(const struct sim *sim, const void *state, float *kelvin)
     const struct species *gas = &sim->species[GAS];
     for (int64_t i = species_from(gas); i < species_to(gas); i++)
         kelvin[i - species_from(gas)] =
-            (float)cooling_curve_temperature(curve_of(cooling, gas, i), (double)gas->u[i] * cooling->energy);
+            (float)cooling_curve_temperature(curve_of(cooling, gas, i), (double)gas->u[i] * cooling->law.energy);
 }
 
 static void warn(struct sim *sim, void *state)
@@ -233,6 +243,6 @@ static void warn(struct sim *sim, void *state)
 const struct module cooling_module = {
     .name = "cooling", .doc = "radiative cooling of the gas, exactly integrated", .kind = MODULE_BLOCK,
     .params = params, .requires = requires, .state_bytes = sizeof(struct cooling), .saved = saved,
-    .declare = declare, .begin = begin, .end = end, .energy = energy, .temperature = temperature, .warn = warn,
+    .declare = declare, .begin = begin, .end = end, .energy = energy, .temperature = temperature, .warn = warn, .resident = true,
     .hook = {[HOOK_SOURCE] = source},
 };

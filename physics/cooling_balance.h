@@ -13,7 +13,4 @@ struct cooling_balance;
 
 struct cooling_balance *cooling_balance_new(const struct cooling_curve *curve);
 void cooling_balance_free(struct cooling_balance *balance);
-
-/* u, which lies in segment k, after dt at density rho. Never passes the equilibrium on its side. */
-double cooling_balance_advance(const struct cooling_curve *curve, int k, double u, double rho, double dt);
 #endif

@@ -71,46 +71,23 @@ static void refine(struct cooling_curve *curve)
     curve->n = n;
 }
 
-/* The integral of du/Q from the lower end of a segment to u. A slope of 1 within 1e-7 is taken to be
- * 1: the difference is below 1e-7 relative, the rounding of the power would be more. */
-static double column_below(const struct cooling_node *node, double u)
-{
-    double x = u / node->u, p = node->power;
-    return node->u / node->rate * (fabs(p) < 1e-7 ? log(x) : (pow(x, p) - 1) / p);
-}
-
-/* The inverse: u whose column above the lower end is the given one. */
-static double u_above(const struct cooling_node *node, double column)
-{
-    double y = column * node->rate / node->u, p = node->power;
-    return node->u * (fabs(p) < 1e-7 ? exp(y) : pow(1 + p * y, 1 / p));
-}
-
 static void integrate(struct cooling_curve *curve)
 {
     struct cooling_node *node = curve->node;
     for (int k = curve->n - 2; k >= 0; k--) {
         node[k].power = 1 - log(node[k + 1].rate / node[k].rate) / log(node[k + 1].u / node[k].u);
-        node[k].column = node[k + 1].column + column_below(&node[k], node[k + 1].u);
+        node[k].column = node[k + 1].column + cooling_column_below(&node[k], node[k + 1].u);
         if (k == curve->n - 2) node[k + 1].power = node[k].power;
     }
 }
 
-/* The exponent of a positive double and the first four bits of its mantissa: rises with its log. */
-static int64_t leading_bits(double u)
-{
-    int64_t bits;
-    memcpy(&bits, &u, sizeof bits);
-    return bits >> 48;
-}
-
 static void make_hints(struct cooling_curve *curve)
 {
-    curve->first_hint = leading_bits(curve->node[0].u);
-    curve->n_hint = (int)(leading_bits(curve->node[curve->n - 1].u) - curve->first_hint) + 1;
+    curve->first_hint = cooling_leading_bits(curve->node[0].u);
+    curve->n_hint = (int)(cooling_leading_bits(curve->node[curve->n - 1].u) - curve->first_hint) + 1;
     curve->hint = mem_array("cooling", uint16_t, curve->n_hint);
     for (int h = 0, k = 0; h < curve->n_hint; h++) {
-        while (k < curve->n - 1 && leading_bits(curve->node[k + 1].u) < curve->first_hint + h) k++;
+        while (k < curve->n - 1 && cooling_leading_bits(curve->node[k + 1].u) < curve->first_hint + h) k++;
         curve->hint[h] = (uint16_t)k;
     }
 }
@@ -144,27 +121,6 @@ void cooling_curve_free(struct cooling_curve *curve)
 
 /* --- looking up --- */
 
-/* The segment that holds u, which is not below the floor. */
-static int find_segment(const struct cooling_curve *curve, double u)
-{
-    int64_t h = leading_bits(u) - curve->first_hint;
-    int k = curve->hint[h < curve->n_hint ? h : curve->n_hint - 1];
-    while (k < curve->n - 1 && curve->node[k + 1].u <= u) k++;
-    return k;
-}
-
-/* The segment in which this column is left to the last sample: the highest node with more than it. */
-static int find_column(const struct cooling_curve *curve, int end, double column)
-{
-    int k = 0;
-    for (int length = end; length > 1;) {
-        int half = length / 2;
-        k = curve->node[k + half].column > column ? k + half : k;
-        length -= half;
-    }
-    return k;
-}
-
 /* dlnu/dlnT of a segment; T and u are powers of each other within it and beyond the ends. */
 static double u_power(const struct cooling_curve *curve, int k)
 {
@@ -180,7 +136,7 @@ double cooling_curve_u(const struct cooling_curve *curve, double t)
 
 double cooling_curve_temperature(const struct cooling_curve *curve, double u)
 {
-    int k = u > curve->node[0].u ? find_segment(curve, u) : 0;
+    int k = u > curve->node[0].u ? cooling_find_segment(curve, u) : 0;
     if (k == curve->n - 1) k--;
     return curve->t[k] * pow(u / curve->node[k].u, 1 / u_power(curve, k));
 }
@@ -192,27 +148,10 @@ static double loss(const struct cooling_node *node, double u)
 
 double cooling_curve_rate(const struct cooling_curve *curve, double u, double rho)
 {
-    return curve->heating - rho * loss(&curve->node[u > curve->node[0].u ? find_segment(curve, u) : 0], u);
-}
-
-/* --- integrating --- */
-
-static double cool(const struct cooling_curve *curve, double u, double column)
-{
-    int k = find_segment(curve, u);
-    const struct cooling_node *node = &curve->node[k];
-    double below = column_below(node, u);
-    if (column < below) return fmin(u, u_above(node, below - column));
-    double left = node->column + (column - below);
-    if (left >= curve->node[0].column) return curve->node[0].u;
-    node = &curve->node[find_column(curve, k, left)];
-    return u_above(node, node->column - left);
+    return curve->heating - rho * loss(&curve->node[u > curve->node[0].u ? cooling_find_segment(curve, u) : 0], u);
 }
 
 double cooling_curve_advance(const struct cooling_curve *curve, double u, double rho, double dt)
 {
-    double floor = curve->node[0].u;
-    if (!(u > floor)) u = floor;
-    if (curve->balance) return fmax(cooling_balance_advance(curve, find_segment(curve, u), u, rho, dt), floor);
-    return u > floor ? cool(curve, u, rho * dt) : floor;
+    return cooling_advance(curve, u, rho, dt);
 }

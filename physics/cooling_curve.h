@@ -5,23 +5,8 @@
  * side (cooling_balance.h); it never steps over it. Everything in cgs: u in erg/g, Q in erg cm^3 g^-2 s^-1. */
 #ifndef TEPHRA_COOLING_CURVE_H
 #define TEPHRA_COOLING_CURVE_H
+#include "cooling_advance.h"
 #include "cooling_table.h"
-#include <stdint.h>
-
-/* At a sample. `power` is 1 - dlnQ/dlnu of the segment from here up, `column` the integral of du/Q
- * from here to the last sample: rho times the time in which gas cools through it. */
-struct cooling_node { double u, rate, power, column; };
-
-struct cooling_curve {
-    int n;
-    struct cooling_node *node;  /* ascending in u; the first is the floor; above the last the law goes on */
-    double *t;                  /* temperature of the nodes [K] */
-    struct cooling_balance *balance;    /* NULL without heating */
-    double heating;             /* erg g^-1 s^-1, the same at any density */
-    uint16_t *hint;             /* a segment not above the one that holds u, by the leading bits of u */
-    int64_t first_hint;
-    int n_hint;
-};
 
 /* What of the gas a curve is made for. NAN: the samples' own masses. */
 struct cooling_gas {

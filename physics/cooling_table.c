@@ -2,6 +2,7 @@
  * Reads cooling tables and samples them at a metallicity, joined with the fits for cold gas
  * (doc/manual/cooling.md, sections 1 to 3). */
 #include "cooling_table.h"
+#include "cooling_advance.h"
 #include "mem.h"
 #include <errno.h>
 #include <math.h>
@@ -10,7 +11,6 @@
 #include <string.h>
 
 static const double table_mass = 1e-24;     /* unit of masses in files: g */
-static const double solar = 0.02;           /* Z of [Fe/H] = 0: Sutherland & Dopita's abundances */
 static const double no_metals = -5;         /* the [Fe/H] at which tables hold gas without metals */
 static const double log_t_end = 10;         /* tables are continued to here */
 static const double step = 0.05;            /* in log10 T, between samples of a fit: that of the tables */
@@ -19,7 +19,7 @@ enum { MAX_COLUMNS = 64 };
 
 double cooling_table_feh(double metallicity)
 {
-    return metallicity > solar * pow(10, no_metals) ? log10(metallicity / solar) : no_metals;
+    return cooling_feh(metallicity);
 }
 
 /* --- reading --- */
