@@ -119,6 +119,13 @@ void output_advise(const struct sim *sim)
     fail_set_advice("the last checkpoint, of t = %g, is whole: tephra run --restart %s", timeline_now(&sim->time), sim->folder);
 }
 
+static void write_profiles(struct sim *sim)
+{
+    char path[4096];
+    profile_write(sim, in_folder(sim, path, sizeof path, "profile.csv", 0));
+    profile_write_ranks(sim, in_folder(sim, path, sizeof path, "ranks.csv", 0));
+}
+
 void output_checkpoint(struct sim *sim)
 {
     char path[4096];
@@ -126,6 +133,7 @@ void output_checkpoint(struct sim *sim)
     ranks_gather(sim, columns_of_files(true));
     checkpoint_write(sim, in_folder(sim, path, sizeof path, "checkpoint.hdf5", 0));
     ranks_release(sim);
+    write_profiles(sim);
     output_advise(sim);
 }
 
@@ -220,10 +228,7 @@ static void write_files(struct sim *sim, struct output *output)
         sim->rebuild_next = true;   /* so that a run continued from here takes the same steps */
         output_checkpoint(sim);
     }
-    if (due(sim, sim->time.snapshot)) {
-        profile_write(sim, in_folder(sim, path, sizeof path, "profile.csv", 0));
-        profile_write_ranks(sim, in_folder(sim, path, sizeof path, "ranks.csv", 0));
-    }
+    if (due(sim, sim->time.snapshot)) write_profiles(sim);
 }
 
 static void output_record(struct sim *sim, void *state)
