@@ -68,7 +68,7 @@ static const uint64_t place = COL_MOTION | COL(mass) | COL(h) | COL(div_v), stat
 
 static struct sph_rows rows_of(struct sim *sim, uint64_t read, uint64_t write)
 {
-    return (struct sph_rows){rows_there(sim, GAS, read, write), sim->time};
+    return (struct sph_rows){rows_there(sim, GAS, read, write), sim->time, rows_scratch(sim, GAS)};
 }
 
 /* After a pass: true if it is done; else either the run stops or the CPU does it. */

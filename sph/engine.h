@@ -39,8 +39,8 @@ struct sph_plan {
  * cell around suggests that holds `rows`; one that finds nothing keeps its h, or takes `lone`. */
 struct sph_quest { bool smooth; float target, most, margin, rows, lone; double scale; };
 
-/* The rows now: the table as kernels see it (rows_there), and the time. */
-struct sph_rows { struct species gas; struct timeline time; };
+/* The rows now: the table as kernels see it (rows_there), the time, and room for what a pass needs of each row (rows_scratch). */
+struct sph_rows { struct species gas; struct timeline time; void *scratch; };
 
 /* warps of a block of the sums: 1, 2 or 4; 0 chooses. */
 struct sph_engine *sph_engine_create(struct device *device, int warps);

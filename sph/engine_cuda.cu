@@ -137,7 +137,7 @@ static force_kernel *const force_kernels[SPH_KERNELS][2] = ALL(sph_force_rows);
 #undef BOTH
 
 /* Blocks of the device that grow with what they are to hold. */
-enum sph_column { CELL, LENGTH, LEAF, PLACE, STATE, GROUP, SUM, COLUMNS };
+enum sph_column { CELL, LENGTH, LEAF, PLACE, GROUP, COLUMNS };
 
 struct sph_engine {
     struct device *device;
@@ -232,7 +232,7 @@ void sph_engine_search(struct sph_engine *e, const struct sph_plan *plan, const 
 void sph_engine_density(struct sph_engine *e, const struct sph_plan *plan, const struct sph_rows *rows)
 {
     if (e->wanted.n == 0) return;
-    struct sph_density *sum = (struct sph_density *)reserve(e, SUM, (size_t)rows->gas.n_active * sizeof *sum);
+    struct sph_density *sum = (struct sph_density *)rows->scratch;
     device_launch(e->device, "sph_density_rows", density_kernels[plan->kernel][plan->law.grad_h], grid_of(e),
                   block_of(e), e->field, wanted_of(e, rows), plan->meet, sum);
     sph_launch_finish(e->device, plan->law, rows, sum);
@@ -241,7 +241,7 @@ void sph_engine_density(struct sph_engine *e, const struct sph_plan *plan, const
 void sph_engine_force(struct sph_engine *e, const struct sph_plan *plan, const struct sph_rows *rows)
 {
     if (e->wanted.n == 0) return;
-    struct sph_state *state = (struct sph_state *)reserve(e, STATE, (size_t)rows->gas.n * sizeof *state);
+    struct sph_state *state = (struct sph_state *)rows->scratch;
     e->field.state = (const float4 *)state;
     sph_launch_states(e->device, plan->law, rows, state);
     device_launch(e->device, "sph_force_rows", force_kernels[plan->kernel][plan->law.grad_h], grid_of(e),

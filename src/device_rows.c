@@ -11,7 +11,7 @@ struct copies {
     uint64_t here, there;
     int64_t room;               /* rows */
     void *at[N_COLUMNS];
-    void *spare;                /* a column of the widest kind, for reorders */
+    void *spare;                /* a column of the widest kind, for reorders and between them for whoever asks */
     int32_t *list, *order;
     bool listed;                /* the list is the host's */
     struct rows_crossed crossed;
@@ -114,13 +114,26 @@ void rows_listed(struct species *table)
     if (table->copies) table->copies->listed = false;
 }
 
+static void *reserve_spare(const struct species *table)
+{
+    struct copies *copies = table->copies;
+    if (!copies->spare) copies->spare = room(copies, (size_t)copies->room * species_widest(table));
+    return copies->spare;
+}
+
+void *rows_scratch(struct sim *sim, enum species_kind kind)
+{
+    copies_of(sim, &sim->species[kind]);
+    return reserve_spare(&sim->species[kind]);
+}
+
 /* Each column goes into the spare one and, but for the widest, which change places with it, back. */
 void rows_permute(struct species *table, const int32_t *order, int64_t n)
 {
     struct copies *copies = table->copies;
     if (!copies) return;
     const size_t widest = species_widest(table);
-    if (!copies->spare) copies->spare = room(copies, (size_t)copies->room * widest);
+    reserve_spare(table);
     if (!copies->order) copies->order = room(copies, (size_t)copies->room * sizeof *copies->order);
     device_upload(copies->device, copies->order, order, (size_t)n * sizeof *order);
     for (int c = 0; c < N_COLUMNS; c++) {

@@ -28,6 +28,9 @@ void rows_here(struct sim *sim, unsigned mask, uint64_t read, uint64_t write);
 struct species rows_there(struct sim *sim, enum species_kind kind, uint64_t read, uint64_t write);
 /* Whether kernels would find all of these columns there: a hook that could work on either side works where its rows are. */
 bool rows_are_there(const struct species *table, uint64_t columns);
+/* Room there for a column of the widest kind (24 bytes a row); what is put into it lasts until the rows are reordered or somebody
+ * else asks. NULL if it does not fit. */
+void *rows_scratch(struct sim *sim, enum species_kind kind);
 /* Columns that have crossed since the start, either way, and their bytes. */
 struct rows_crossed { int64_t columns, bytes; };
 struct rows_crossed rows_crossed(const struct sim *sim);
