@@ -33,7 +33,7 @@ static void direct_float(struct sim *sim, struct gravity *g, enum gravity_output
     int64_t pairs = 0;
 #pragma omp parallel reduction(+ : pairs)
     {
-        struct walk w;
+        struct walk w = {0};
         walk_open(&w, sim, g, output);
 #pragma omp for schedule(dynamic, 1)
         for (int32_t i = 0; i < n; i++)

@@ -256,6 +256,7 @@ static void end(struct sim *sim, void *state)
     struct gravity *g = state;
     direct_engine_free(g->engine);
     walk_engine_free(g->walk_engine);
+    gravity_walk_free(g);
     gravity_rows_free(g);
 }
 

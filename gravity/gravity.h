@@ -60,6 +60,8 @@ struct gravity {
     int64_t checked;                /* self-checks done; saved */
     int64_t refined;                /* a self-check has found that rough pairs do not do; saved */
     double measured;                /* 99th percentile of the error at the last self-check */
+    struct walk *walk;              /* one a thread: their memory is kept from force to force */
+    int n_walks;
     struct direct_engine *engine;   /* on a device; made at the first force */
     struct walk_engine *walk_engine;
     int64_t pairs, cells;           /* interactions of the last force: rows, cells */
@@ -114,6 +116,7 @@ int gravity_moments_width(const struct gravity_opening *opening);
  * their size into grav; or only pot. */
 enum gravity_output { OUTPUT_FORCE, OUTPUT_SIZE, OUTPUT_POTENTIAL };
 void gravity_walk(struct sim *sim, struct gravity *g, enum gravity_output output);
+void gravity_walk_free(struct gravity *g);
 void gravity_direct(struct sim *sim, struct gravity *g, enum gravity_output output);
 /* The same on the device of the simulation, in pairs of floats; false if the rows do not fit and the
  * CPU may do it instead (--device auto). */

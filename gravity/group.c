@@ -10,11 +10,15 @@ enum { TILE = 1024 };
 void walk_open(struct walk *w, struct sim *sim, const struct gravity *g, enum gravity_output output)
 {
     static const double binomial[] = {1, 1, 3, 3, 6, 10, 15};   /* (order over 2); tree keeps order 3 */
-    *w = (struct walk){.sim = sim, .g = g, .output = output};
+    w->sim = sim;
+    w->g = g;
+    w->output = output;
     w->potential = output == OUTPUT_POTENTIAL || (output == OUTPUT_FORCE && sim->want_potential);
     w->theta = g->opening.theta * g->scale;
     w->alpha = g->opening.alpha * g->scale;
     w->quadrupole = (float)(1 / binomial[g->opening.order]);
+    w->pairs = w->cells = w->again.n = 0;
+    if (w->sources.row) return;
     w->sources.capacity = TILE;
     w->sources.row = mem_array("gravity", struct gravity_source, TILE);
     w->sources.soft = mem_array("gravity", float, TILE);

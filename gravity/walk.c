@@ -302,6 +302,20 @@ static bool frame_active(const struct sim *sim, double low[3], double high[3])
     return FEW * active > own;
 }
 
+static void reserve_walks(struct gravity *g, int threads)
+{
+    if (threads <= g->n_walks) return;
+    g->walk = mem_resize("gravity", g->walk, (size_t)threads * sizeof *g->walk);
+    memset(g->walk + g->n_walks, 0, (size_t)(threads - g->n_walks) * sizeof *g->walk);
+    g->n_walks = threads;
+}
+
+void gravity_walk_free(struct gravity *g)
+{
+    for (int k = 0; k < g->n_walks; k++) walk_close(&g->walk[k]);
+    mem_free(g->walk);
+}
+
 /* Walks these tasks; those that must be walked again come into `again`. */
 static void walk_tasks(struct sim *sim, struct gravity *g, enum gravity_output output, const struct list *task, struct list *again)
 {
@@ -310,24 +324,24 @@ static void walk_tasks(struct sim *sim, struct gravity *g, enum gravity_output o
     const bool domain = sim->spread && frame_active(sim, low, high);
     int32_t n_everywhere;
     int64_t *everywhere = walk_count_active(sim, g->opening.solver == SOLVER_FMM && g->known, &n_everywhere);
+    reserve_walks(g, omp_get_max_threads());
 #pragma omp parallel reduction(+ : pairs, cells)
     {
-        struct walk w;
-        walk_open(&w, sim, g, output);
-        w.domain = domain;
-        w.everywhere = everywhere;
-        w.n_everywhere = n_everywhere;
+        struct walk *const w = &g->walk[omp_get_thread_num()];
+        walk_open(w, sim, g, output);
+        w->domain = domain;
+        w->everywhere = everywhere;
+        w->n_everywhere = n_everywhere;
         for (int k = 0; k < 3 && sim->spread; k++) {
-            w.low[k] = low[k];
-            w.high[k] = high[k];
+            w->low[k] = low[k];
+            w->high[k] = high[k];
         }
 #pragma omp for schedule(dynamic, 1)
-        for (int64_t i = 0; i < task->n; i++) walk_task(&w, task->item[i]);
+        for (int64_t i = 0; i < task->n; i++) walk_task(w, task->item[i]);
 #pragma omp critical(gravity_again)
-        for (int64_t i = 0; i < w.again.n; i++) list_add(again, w.again.item[i]);
-        pairs += w.pairs;
-        cells += w.cells;
-        walk_close(&w);
+        for (int64_t i = 0; i < w->again.n; i++) list_add(again, w->again.item[i]);
+        pairs += w->pairs;
+        cells += w->cells;
     }
     mem_free(everywhere);
     g->pairs += pairs;

@@ -47,6 +47,7 @@ struct walk {
     struct list again;          /* targets for which something was missing */
 };
 
+/* w: zeros, or of an earlier walk, whose memory serves again: a step of one row would spend half its time on that. */
 void walk_open(struct walk *w, struct sim *sim, const struct gravity *g, enum gravity_output output);
 void walk_close(struct walk *w);
 /* Cell n as a target; unit of its parent, 0: none. */

@@ -106,7 +106,7 @@ static void deliver(const struct walk *w, const struct wanted *wanted, float (*f
 
 bool gravity_walk_device(struct sim *sim, struct gravity *g, enum gravity_output output)
 {
-    struct walk w;
+    struct walk w = {0};
     walk_open(&w, sim, g, output);
     struct wanted wanted = wanted_make(&w);
     float (*field)[4] = mem_alloc("gravity", (size_t)wanted.groups.first[wanted.groups.n] * sizeof *field);

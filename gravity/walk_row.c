@@ -12,7 +12,7 @@
 enum { FEW_ROWS = 8 };
 /* A row without extent has none of the terms of its size, by which the bound on a group's errors is the larger: with these its
  * errors are those of groups, from an accuracy of 1e-2 to 1e-5 (tests/test_gravity_few.c). */
-static const float theta_row = 0.7f;    /* reach / distance */
+static const float theta_row = 0.8f;    /* reach / distance */
 static const double stricter = 0.4;     /* part of a group's tolerance */
 
 int64_t *walk_count_active(const struct sim *sim, bool counts, int32_t *n)
