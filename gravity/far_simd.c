@@ -67,10 +67,11 @@ HD void far_moments(real *moment, const struct gravity_far *far, int from, int n
 {
     static const float zero[MOMENTS_MAX];
     const int terms = CELL_TERMS(order) - CELL_TERMS(2);
+    const float *of[LANES];
+    for (int i = 0; i < LANES; i++) of[i] = i < n ? far->moment + (int64_t)far->width * far->list[from + i] : zero;
     for (int column = 0; column < terms; column += LANES) {
         real block[LANES];
-        for (int i = 0; i < LANES; i++)
-            block[i] = simd_load((i < n ? far->moment + (int64_t)far->width * far->list[from + i] : zero) + column);
+        for (int i = 0; i < LANES; i++) block[i] = simd_load(of[i] + column);
         simd_transpose(block);
         for (int i = 0; i < LANES; i++) moment[column + i] = block[i];
     }
@@ -91,10 +92,14 @@ HD void far_batch(real *sum, const struct gravity_far *far, const struct tile *t
     cell_to_local(sum, simd_load(tile->mass + first), moment, d, order);
 }
 
-/* The cells of a chunk and, up to whole batches, cells without mass. */
-static void far_stage_batches(struct tile *tile, const struct gravity_far *far, int from, int n)
+/* The cells of a chunk and, up to whole batches, cells without mass. Their moments are asked for, line by line. */
+HD void far_stage_batches(struct tile *tile, const struct gravity_far *far, int from, int n, int order)
 {
-    for (int i = 0; i < n; i++) __builtin_prefetch(far->moment + (int64_t)far->width * far->list[from + i]);
+    enum { LINE = 16 };     /* floats */
+    for (int i = 0; i < n; i++) {
+        const float *moment = far->moment + (int64_t)far->width * far->list[from + i];
+        for (int k = 0; k < CELL_TERMS(order) - CELL_TERMS(2); k += LINE) __builtin_prefetch(moment + k);
+    }
     far_stage(tile, far, from, n);
     for (int i = n; i % LANES != 0; i++) {
         tile->x[i] = tile->y[i] = tile->z[i] = tile->unit[i] = 1;
@@ -110,7 +115,7 @@ HD void far_to_local(float *local, const struct gravity_far *far, int order)
     for (int from = 0; from < far->n; from += CELLS_CHUNK) {
         int n = far->n - from < CELLS_CHUNK ? far->n - from : CELLS_CHUNK;
         struct tile tile;
-        far_stage_batches(&tile, far, from, n);
+        far_stage_batches(&tile, far, from, n, order);
         for (int first = 0; first < n; first += LANES)
             far_batch(sum, far, &tile, from, first, n - first, order);
     }
@@ -140,7 +145,7 @@ HD void far_on_row(double field[4], const struct gravity_far *far, int order)
     for (int from = 0; from < far->n; from += CELLS_CHUNK) {
         int n = far->n - from < CELLS_CHUNK ? far->n - from : CELLS_CHUNK;
         struct tile tile;
-        far_stage_batches(&tile, far, from, n);
+        far_stage_batches(&tile, far, from, n, order);
         for (int first = 0; first < n; first += LANES)
             far_row_batch(sum, far, &tile, from, first, n - first, order);
     }
