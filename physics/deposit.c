@@ -188,7 +188,8 @@ static double signal_of(const struct sim *sim, const struct sph *sph, int32_t j,
 }
 
 /* Rows whose step ends now obey the signal velocity themselves, in sph's LIMIT, and so do their neighbours. */
-static void shorten(struct sim *sim, const struct sph *sph, int32_t j, const struct before *before, struct deposit_wishes *wishes)
+static void shorten(const struct sim *sim, const struct sph *sph, int32_t j, const struct before *before,
+                    struct deposit_wishes *wishes)
 {
     const struct species *gas = &sim->species[GAS];
     double signal = signal_of(sim, sph, j, before);
@@ -205,20 +206,31 @@ static void shorten(struct sim *sim, const struct sph *sph, int32_t j, const str
     wishes->list[wishes->n++] = (struct deposit_wish){j, (uint8_t)rung};
 }
 
-void deposit_wake(struct sim *sim, struct deposit_wishes *wishes)
-{
-    uint8_t *rung = sim->species[GAS].rung;
-    for (int64_t w = 0; w < wishes->n; w++) {
-        const struct deposit_wish *wished = &wishes->list[w];
-        if (wished->rung < rung[wished->row]) rung[wished->row] = wished->rung;
-    }
-    wishes->n = 0;
-}
-
 static int ascending(const void *a, const void *b)
 {
     int32_t x = *(const int32_t *)a, y = *(const int32_t *)b;
     return (x > y) - (x < y);
+}
+
+void deposit_wake(struct sim *sim, struct deposit_wishes *wishes)
+{
+    uint8_t *rung = sim->species[GAS].rung;
+    int64_t moved = 0;
+    if (wishes->n_moved > 0) qsort(wishes->moved, (size_t)wishes->n_moved, sizeof *wishes->moved, ascending);
+    for (int64_t m = 0; m < wishes->n_moved; m++)
+        if (moved == 0 || wishes->moved[m] != wishes->moved[moved - 1]) wishes->moved[moved++] = wishes->moved[m];
+    tree_follow_rows(sim, GAS, wishes->moved, moved);
+    for (int64_t w = 0; w < wishes->n; w++) {
+        const struct deposit_wish *wished = &wishes->list[w];
+        if (wished->rung < rung[wished->row]) rung[wished->row] = wished->rung;
+    }
+    wishes->n = wishes->n_moved = 0;
+}
+
+void deposit_free(struct deposit_wishes *wishes)
+{
+    mem_free(wishes->list);
+    mem_free(wishes->moved);
 }
 
 static double add_energy(struct sim *sim, const struct deposit *deposit, const struct nearest *nearest,
@@ -232,18 +244,20 @@ static double add_energy(struct sim *sim, const struct deposit *deposit, const s
     return deposit->energy;
 }
 
-/* Rows in the midst of their step whose velocity has changed: the tree follows, and those that are fast are to wake. */
-static void follow(struct sim *sim, const struct nearest *nearest, const struct before *before, struct deposit_wishes *wishes)
+/* Rows in the midst of their step whose velocity has changed: the tree is to follow, and those that are fast are to wake. */
+static void follow(const struct sim *sim, const struct nearest *nearest, const struct before *before,
+                   struct deposit_wishes *wishes)
 {
     const struct sph *sph = sim_state(sim, "sph");
-    int32_t sleeping[NEAREST_MOST], n = 0;
+    if (wishes->n_moved + nearest->n > wishes->room) {
+        wishes->room = 2 * wishes->room + NEAREST_MOST;
+        wishes->moved = mem_resize("feedback", wishes->moved, (size_t)wishes->room * sizeof *wishes->moved);
+    }
     for (int k = 0; k < nearest->n; k++) {
         int32_t j = nearest->row[k];
         shorten(sim, sph, j, &before[k], wishes);
-        if (!timeline_active(&sim->time, sim->species[GAS].rung[j])) sleeping[n++] = j;
+        if (!timeline_active(&sim->time, sim->species[GAS].rung[j])) wishes->moved[wishes->n_moved++] = j;
     }
-    qsort(sleeping, (size_t)n, sizeof *sleeping, ascending);
-    tree_follow_rows(sim, GAS, sleeping, n);
 }
 
 void deposit_push(struct sim *sim, const struct nearest *nearest, const double impulse[3], double heat,

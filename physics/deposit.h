@@ -24,8 +24,13 @@ struct deposit {
 /* Whether the place from which the rows were looked for lies within the kernel of one of them. */
 bool deposit_reaches(const struct sim *sim, const struct nearest *nearest);
 /* Rows in the midst of their step that shall take shorter ones: a woken row looks active, so that they
- * are woken when all else of this step is done. */
-struct deposit_wishes { struct deposit_wish { int32_t row; uint8_t rung; } *list; int64_t n, capacity; };
+ * are woken when all else of this step is done; and those that have been pushed, which the tree follows then. */
+struct deposit_wishes {
+    struct deposit_wish { int32_t row; uint8_t rung; } *list;
+    int64_t n, capacity;
+    int32_t *moved;
+    int64_t n_moved, room;
+};
 
 /* Shares of the rows, m_j W(r_j, h)/sum with 2h the distance of the last. Rows in the midst of their step
  * are changed so that their state now is what it would be after the event; those whose new speeds
@@ -49,6 +54,7 @@ void deposit_withdraw(struct sim *sim, const struct nearest *nearest, double mas
  * gravity. */
 double deposit_rise(const struct sim *sim, const struct nearest *nearest, enum species_kind kind, int64_t row, double mass,
                     const struct random *key);
-/* In LIMIT, after sph: lowers the rungs. Forgets the wishes. */
+/* In LIMIT, after sph: the tree follows, and rungs become lower. Forgets the wishes. */
 void deposit_wake(struct sim *sim, struct deposit_wishes *wishes);
+void deposit_free(struct deposit_wishes *wishes);
 #endif

@@ -120,7 +120,7 @@ static void end(struct sim *sim, void *state)
 {
     struct exchange *x = state;
     (void)sim;
-    mem_free(x->wishes.list);
+    deposit_free(&x->wishes);
     mem_free(x->longest);
 }
 

@@ -229,7 +229,7 @@ static void end(struct sim *sim, void *state)
     struct feedback *feedback = state;
     (void)sim;
     population_free(feedback->population);
-    mem_free(feedback->wishes.list);
+    deposit_free(&feedback->wishes);
 }
 
 /* --- what is due --- */

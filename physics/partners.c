@@ -24,14 +24,15 @@ struct group {
     double radius, longest;                     /* the largest radius, the longest step */
 };
 
-/* Clouds near a group: what the search needs of their states now. */
-struct near { int32_t *row; double (*pos)[3], (*vel)[3], *radius; int32_t n, capacity; };
+/* Clouds near a group: what the search needs of their states now, a column each. */
+struct near { int32_t *row; double *pos[3], *vel[3], *radius; int32_t n, capacity; };
 
 struct search {
     const struct sim *sim;
     const struct cloud_size *size;
     const struct group *group;
     struct near *near;
+    double least;               /* no relative speed counts for less */
     double way;                 /* of the group's farthest look, without the other's radius; 0: that of relative speeds */
 };
 
@@ -141,22 +142,43 @@ static double look(const struct search *s, double radius, const double apart[3],
 {
     const double margin = 1 + 1e-12;    /* other sums than those of a pair */
     const struct group *g = s->group;
-    return margin * (radius + (s->way > 0 ? s->way : g->radius + g->longest * (length(apart) + more + g->speed)));
+    if (s->way > 0) return margin * (radius + s->way);
+    const double speed = length(apart) + more + g->speed;
+    return margin * (radius + g->radius + g->longest * (speed > s->least ? speed : s->least));
+}
+
+static void resize_near(struct near *near, int32_t capacity)
+{
+    const size_t bytes = (size_t)capacity * sizeof(double);
+    near->capacity = capacity;
+    near->row = mem_resize("clouds", near->row, (size_t)capacity * sizeof *near->row);
+    near->radius = mem_resize("clouds", near->radius, bytes);
+    for (int k = 0; k < 3; k++) {
+        near->pos[k] = mem_resize("clouds", near->pos[k], bytes);
+        near->vel[k] = mem_resize("clouds", near->vel[k], bytes);
+    }
+}
+
+static void free_near(struct near *near)
+{
+    mem_free(near->row);
+    mem_free(near->radius);
+    for (int k = 0; k < 3; k++) {
+        mem_free(near->pos[k]);
+        mem_free(near->vel[k]);
+    }
 }
 
 static void add_near(struct near *near, int32_t row, const double pos[3], const double vel[3], double radius)
 {
-    if (near->n == near->capacity) {
-        near->capacity = 2 * near->capacity + 64;
-        near->row = mem_resize("clouds", near->row, (size_t)near->capacity * sizeof *near->row);
-        near->pos = mem_resize("clouds", near->pos, (size_t)near->capacity * sizeof *near->pos);
-        near->vel = mem_resize("clouds", near->vel, (size_t)near->capacity * sizeof *near->vel);
-        near->radius = mem_resize("clouds", near->radius, (size_t)near->capacity * sizeof *near->radius);
+    if (near->n == near->capacity) resize_near(near, 2 * near->capacity + 64);
+    const int32_t n = near->n++;
+    near->row[n] = row;
+    near->radius[n] = radius;
+    for (int k = 0; k < 3; k++) {
+        near->pos[k][n] = pos[k];
+        near->vel[k][n] = vel[k];
     }
-    near->row[near->n] = row;
-    memcpy(near->pos[near->n], pos, sizeof *near->pos);
-    memcpy(near->vel[near->n], vel, sizeof *near->vel);
-    near->radius[near->n++] = radius;
 }
 
 /* reach: how far the group looks into the cell. */
@@ -195,65 +217,73 @@ static void visit(const struct search *s, int32_t n)
 
 /* --- pairs --- */
 
-static void separate(const struct sim *sim, const struct body *own, const struct near *near, int32_t j, double *r2, double *v2)
+/* The image nearest to `own` of each of those near. */
+static void take_images(const struct sim *sim, const struct body *own, const struct near *near)
 {
-    *r2 = *v2 = 0;
-    for (int k = 0; k < 3; k++) {
-        double r = near->pos[j][k] - own->pos[k], v = near->vel[j][k] - own->vel[k];
-        r += box_shift(&sim->box, k, r);
-        *r2 += r * r;
-        *v2 += v * v;
-    }
+    if (!box_closed(&sim->box)) return;
+    for (int k = 0; k < 3; k++)
+        for (int32_t j = 0; j < near->n; j++) near->pos[k][j] += box_shift(&sim->box, k, near->pos[k][j] - own->pos[k]);
 }
 
-/* The largest relative speed of those that can have come within reach within the step. */
-static double fastest(const struct search *s, int32_t m)
+/* The largest relative speed of those that can have come within reach within the span: r < a + span v, a the sum of the radii, or,
+ * without roots, d = r^2 - a^2 - (span v)^2 < 0 or d^2 < (2 a span v)^2. Its own row is at rest against it. */
+static double fastest(const struct near *near, const struct body *own, double span)
 {
-    const struct body *own = &s->group->own[m];
-    const int32_t row = s->sim->species[CLOUD].ending[s->group->first + m];
-    double most2 = 0, r2, v2;
-    for (int32_t j = 0; j < s->near->n; j++) {
-        separate(s->sim, own, s->near, j, &r2, &v2);
-        const double reach = own->radius + s->near->radius[j] + s->group->span[m] * sqrt(v2);
-        if (r2 < reach * reach && v2 > most2 && s->near->row[j] != row) most2 = v2;
+    const double *x = near->pos[0], *y = near->pos[1], *z = near->pos[2], span2 = span * span;
+    const double *u = near->vel[0], *v = near->vel[1], *w = near->vel[2], *radius = near->radius;
+    double most2 = 0;
+#pragma omp simd reduction(max : most2)
+    for (int32_t j = 0; j < near->n; j++) {
+        const double rx = x[j] - own->pos[0], ry = y[j] - own->pos[1], rz = z[j] - own->pos[2];
+        const double vx = u[j] - own->vel[0], vy = v[j] - own->vel[1], vz = w[j] - own->vel[2];
+        const double a = own->radius + radius[j], v2 = vx * vx + vy * vy + vz * vz, way2 = span2 * v2;
+        const double d = rx * rx + ry * ry + rz * rz - a * a - way2, signed2 = d > 0 ? d * d : 0;
+        const double met2 = signed2 < 4 * a * a * way2 ? v2 : 0;
+        most2 = met2 > most2 ? met2 : most2;
     }
     return sqrt(most2);
 }
 
-static void list_partners(const struct search *s, int32_t m, struct found *found)
+static void list_partners(const struct near *near, const struct body *own, int32_t row, double way, struct found *found)
 {
-    const struct body *own = &s->group->own[m];
-    const int32_t row = s->sim->species[CLOUD].ending[s->group->first + m];
-    const double way = own->radius + s->group->span[m] * found->speed;
-    double r2, v2;
-    for (int32_t j = 0; j < s->near->n; j++) {
-        separate(s->sim, own, s->near, j, &r2, &v2);
-        const double reach = way + s->near->radius[j];
-        if (r2 >= reach * reach || s->near->row[j] == row) continue;
+    const double *x = near->pos[0], *y = near->pos[1], *z = near->pos[2];
+    for (int32_t j = 0; j < near->n; j++) {
+        const double rx = x[j] - own->pos[0], ry = y[j] - own->pos[1], rz = z[j] - own->pos[2];
+        const double reach = own->radius + way + near->radius[j];
+        if (rx * rx + ry * ry + rz * rz >= reach * reach || near->row[j] == row) continue;
         if (found->n == found->capacity) {
             found->capacity = 2 * found->capacity + 4;
             found->row = mem_resize("clouds", found->row, (size_t)found->capacity * sizeof *found->row);
         }
-        found->row[found->n++] = s->near->row[j];
+        found->row[found->n++] = near->row[j];
     }
 }
 
 static void find(const struct sim *sim, const struct cloud_size *size, struct group *group, struct near *near, struct found *found)
 {
-    struct search search = {sim, size, group, near, 0};
     fill_group(sim, size, group);
+    struct search search = {sim, size, group, near, 2 * group->speed, 0};
+    double way = 0;
     near->n = 0;
     visit(&search, 0);
+    const struct species *cloud = &sim->species[CLOUD];
     for (int32_t m = 0; m < group->n; m++) {
-        if (species_gone(&sim->species[CLOUD], sim->species[CLOUD].ending[group->first + m])) continue;
-        found[m].speed = fastest(&search, m);
-        if (found[m].speed > 0) search.way = fmax(search.way, group->own[m].radius + group->span[m] * found[m].speed);
+        const struct body *own = &group->own[m];
+        if (species_gone(cloud, cloud->ending[group->first + m])) continue;
+        take_images(sim, own, near);
+        found[m].speed = fastest(near, own, group->span[m]);
+        if (found[m].speed > 0) way = fmax(way, own->radius + group->span[m] * found[m].speed);
     }
-    if (!(search.way > 0)) return;
-    near->n = 0;
-    visit(&search, 0);
-    for (int32_t m = 0; m < group->n; m++)
-        if (found[m].speed > 0) list_partners(&search, m, &found[m]);
+    if (way > group->radius + group->longest * search.least) {      /* whoever lies within the way was not looked for */
+        search.way = way;
+        near->n = 0;
+        visit(&search, 0);
+    }
+    for (int32_t m = 0; m < group->n; m++) {
+        if (!(found[m].speed > 0)) continue;
+        take_images(sim, &group->own[m], near);
+        list_partners(near, &group->own[m], cloud->ending[group->first + m], group->span[m] * found[m].speed, &found[m]);
+    }
 }
 
 static void find_all(const struct sim *sim, const struct cloud_size *size, struct found *found)
@@ -270,10 +300,7 @@ static void find_all(const struct sim *sim, const struct cloud_size *size, struc
             struct group group = {.first = first[g], .n = (int32_t)(first[g + 1] - first[g])};
             find(sim, size, &group, &near, found + first[g]);
         }
-        mem_free(near.row);
-        mem_free(near.pos);
-        mem_free(near.vel);
-        mem_free(near.radius);
+        free_near(&near);
     }
     mem_free(first);
 }
