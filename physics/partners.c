@@ -237,8 +237,8 @@ static double fastest(const struct near *near, const struct body *own, double sp
         const double rx = x[j] - own->pos[0], ry = y[j] - own->pos[1], rz = z[j] - own->pos[2];
         const double vx = u[j] - own->vel[0], vy = v[j] - own->vel[1], vz = w[j] - own->vel[2];
         const double a = own->radius + radius[j], v2 = vx * vx + vy * vy + vz * vz, way2 = span2 * v2;
-        const double d = rx * rx + ry * ry + rz * rz - a * a - way2, signed2 = d > 0 ? d * d : 0;
-        const double met2 = signed2 < 4 * a * a * way2 ? v2 : 0;
+        const double d = rx * rx + ry * ry + rz * rz - a * a - way2;
+        const double met2 = (d < 0) | (d * d < 4 * a * a * way2) ? v2 : 0;
         most2 = met2 > most2 ? met2 : most2;
     }
     return sqrt(most2);
