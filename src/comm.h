@@ -17,6 +17,8 @@ void comm_barrier(void);
 /* Sums in rank order, so that the result is the same on every rank and in every run. */
 void comm_sum(double *values, int count);
 void comm_sum_int(int64_t *values, int count);
+/* Sums in no fixed order, for pictures: equal on every rank, to rounding the same in every run. */
+void comm_sum_floats(float *values, int count);
 void comm_min(double *values, int count);
 void comm_max(double *values, int count);
 /* Smallest of each byte over the ranks. */
@@ -30,6 +32,9 @@ void comm_gather_counts(int64_t own, int64_t *counts);
 void comm_exchange_counts(const int64_t *out, int64_t *in, int counts);
 /* To every rank r the next out_bytes[r] bytes of `out`, from every rank the next in_bytes[r] bytes of `in`. */
 void comm_exchange(const void *out, const int64_t *out_bytes, void *in, const int64_t *in_bytes);
+/* One message from this rank to another, which must take it. */
+void comm_send(const void *data, int64_t bytes, int to);
+void comm_receive(void *data, int64_t bytes, int from);
 /* What all this has cost this rank so far: bytes sent to other ranks; seconds by the clock in the short calls that all ranks
  * must reach (wait) and in those that carry data (talk); CPU seconds in both. Reported, never used in a decision. */
 struct comm_cost { int64_t bytes; double wait, talk, cpu; };

@@ -124,6 +124,7 @@ static void reduce(void *values, int count, MPI_Datatype type, MPI_Op operation)
 }
 
 void comm_sum_int(int64_t *values, int count) { reduce(values, count, MPI_INT64_T, MPI_SUM); }
+void comm_sum_floats(float *values, int count) { reduce(values, count, MPI_FLOAT, MPI_SUM); }
 void comm_min(double *values, int count) { reduce(values, count, MPI_DOUBLE, MPI_MIN); }
 void comm_max(double *values, int count) { reduce(values, count, MPI_DOUBLE, MPI_MAX); }
 
@@ -215,5 +216,24 @@ void comm_exchange(const void *out, const int64_t *out_bytes, void *in, const in
     }
     MPI_Waitall(m.n, m.request, MPI_STATUSES_IGNORE);
     mem_free(m.request);
+    end_call(started, &cost.talk);
+}
+
+void comm_send(const void *data, int64_t bytes, int to)
+{
+    const struct started started = start_call();
+    const char *from = data;
+    for (int64_t at = 0; at < bytes; at += MOST)
+        MPI_Send(from + at, (int)(bytes - at < MOST ? bytes - at : MOST), MPI_BYTE, to, 0, MPI_COMM_WORLD);
+    cost.bytes += bytes;
+    end_call(started, &cost.talk);
+}
+
+void comm_receive(void *data, int64_t bytes, int from)
+{
+    const struct started started = start_call();
+    char *to = data;
+    for (int64_t at = 0; at < bytes; at += MOST)
+        MPI_Recv(to + at, (int)(bytes - at < MOST ? bytes - at : MOST), MPI_BYTE, from, 0, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
     end_call(started, &cost.talk);
 }

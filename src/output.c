@@ -93,25 +93,13 @@ static bool picture_due(const struct sim *sim)
     return sim->time.picture > 0 ? due(sim, sim->time.picture) : sim->time.tick == sim->time.tick_end;
 }
 
-/* What snapshots, pictures or checkpoints hold. */
-static uint64_t columns_of_files(bool checkpoint)
-{
-    uint64_t columns = 0;
-    for (int c = 0; c < N_COLUMNS; c++) {
-        const bool kept = column_table[c].lifetime == KEEP, shown = *column_table[c].file_name;
-        columns |= (uint64_t)(kept || (shown && !checkpoint)) << c;
-    }
-    return columns;
-}
-
 void output_snapshot(struct sim *sim)
 {
     char path[4096];
     struct output *output = sim_state(sim, "output");
-    ranks_gather(sim, columns_of_files(false));
+    ghosts_forget(sim);     /* room for slices of files */
     snapshot_write(sim, in_folder(sim, path, sizeof path, "snapshot_%03lld.hdf5", output->snapshots++),
                    (enum snapshot_precision)output->snapshot_precision);
-    ranks_release(sim);
 }
 
 void output_advise(const struct sim *sim)
@@ -129,10 +117,9 @@ static void write_profiles(struct sim *sim)
 void output_checkpoint(struct sim *sim)
 {
     char path[4096];
-    rows_here(sim, ALL_SPECIES, columns_of_files(true), 0);
-    ranks_gather(sim, columns_of_files(true));
+    rows_here(sim, ALL_SPECIES, COL_ALL, 0);
+    ghosts_forget(sim);
     checkpoint_write(sim, in_folder(sim, path, sizeof path, "checkpoint.hdf5", 0));
-    ranks_release(sim);
     write_profiles(sim);
     output_advise(sim);
 }
@@ -219,10 +206,8 @@ static void write_files(struct sim *sim, struct output *output)
     if (due(sim, sim->time.snapshot) || output->snapshot_asked) output_snapshot(sim);
     output->snapshot_asked = false;
     if (picture_due(sim)) {
-        ranks_gather(sim, columns_of_files(false));
         picture_write(sim, in_folder(sim, path, sizeof path, "picture_%03lld.png", output->pictures++),
                       &output->picture);
-        ranks_release(sim);
     }
     if (due(sim, sim->time.checkpoint) && sim->time.tick > 0) {
         sim->rebuild_next = true;   /* so that a run continued from here takes the same steps */

@@ -36,39 +36,6 @@ void ranks_spread(struct sim *sim)
     log_line("rows are spread: each rank held up to %.1f MB while all were read or made, and holds its own part now", 1e-6 * most);
 }
 
-/* Own rows of a column to rank 0. */
-static void gather_column(struct species *s, int c)
-{
-    const int size = comm_size(), rank = comm_rank();
-    const size_t row = species_row_bytes(c);
-    int64_t *out = mem_array("ranks", int64_t, 2 * size), *in = out + size;
-    char *column = species_column(s, c);
-    out[0] = rank > 0 ? s->n_own * (int64_t)row : 0;
-    comm_exchange_counts(out, in, 1);
-    if (rank == 0) mem_use(column, 0, (size_t)s->n * row);
-    comm_exchange(column + (size_t)s->own * row, out, column + (size_t)(s->own + s->n_own) * row, in);
-    mem_free(out);
-}
-
-void ranks_gather(struct sim *sim, uint64_t columns)
-{
-    if (!sim->spread) return;
-    ghosts_forget(sim);
-    for_species(sim, s)
-        for (int c = 0; c < N_COLUMNS; c++)
-            if (columns >> c & 1 && species_has(s, c)) gather_column(s, c);
-    for_species(sim, s) s->spread = comm_rank() > 0;
-}
-
-void ranks_release(struct sim *sim)
-{
-    if (!sim->spread) return;
-    for_species(sim, s) {
-        s->spread = true;
-        species_forget(s);
-    }
-}
-
 /* Updates due a full step, in units of the smallest that doubles can add exactly. */
 static double cell_work(const struct sim *sim, const struct node *node)
 {
@@ -124,7 +91,7 @@ static char *pack(const struct sim *sim, uint64_t columns, char *to)
         to += (size_t)s->n_active * sizeof *s->active;
         for (int c = 0; c < N_COLUMNS; c++) {
             if (!(columns >> c & 1) || !species_has(s, c) || s->n_active == 0) continue;
-            species_gather(c, species_column(s, c), to, s->active, s->n_active);
+            species_gather(species_row_bytes(c), species_column(s, c), to, s->active, s->n_active);
             to += (size_t)s->n_active * species_row_bytes(c);
         }
     }

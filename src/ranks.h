@@ -17,9 +17,6 @@ enum { RANKS_ATOM = 512 };
 
 /* Before the first step: spreads the rows, or says in the log what stands against it. */
 void ranks_spread(struct sim *sim);
-/* While one rank writes files it holds all rows in these columns (bits 1 << COLUMN_x); all ranks call both. */
-void ranks_gather(struct sim *sim, uint64_t columns);
-void ranks_release(struct sim *sim);
 /* After a build: each rank's own rows, balanced by the updates due until the next full step. */
 void ranks_divide(struct sim *sim);
 /* Sends columns of the own active rows to the other ranks; of spread rows, of all those that have been asked for.

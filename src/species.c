@@ -77,18 +77,17 @@ void species_free(struct species *table)
     table->n = table->all_ending = table->capacity = table->own = table->n_own = table->n_ending = table->n_active = 0;
 }
 
-void species_gather(enum column column, const void *from, void *to, const int32_t *order, int64_t n)
+void species_gather(size_t row_bytes, const void *from, void *to, const int32_t *order, int64_t n)
 {
     const char *source = from;
     char *target = to;
-    size_t row = species_row_bytes(column);
 #define COPY(bytes) \
     case bytes: \
         for (int64_t i = 0; i < n; i++) memcpy(target + i * bytes, source + (int64_t)order[i] * bytes, bytes); \
         break;
-    switch (row) {      /* a constant size lets the copy become a few moves */
+    switch (row_bytes) {      /* a constant size lets the copy become a few moves */
     COPY(1) COPY(4) COPY(8) COPY(12) COPY(24)
-    default: fail(STATUS_FAULT, "no copy for rows of %zu bytes (%s)", row, column_table[column].name);
+    default: fail(STATUS_FAULT, "no copy for rows of %zu bytes", row_bytes);
     }
 #undef COPY
 }
@@ -114,7 +113,7 @@ static void permute_columns(struct species *table, const int32_t *order, int64_t
         if (!is_kept(table, c) || !rows_are_here(table, c)) continue;
         void **column = species_slot(table, c), *old = *column;
         const size_t row = species_row_bytes(c), bytes = (size_t)table->n * row;
-        species_gather(c, old, spare, order, table->n);
+        species_gather(row, old, spare, order, table->n);
         if (row == widest) {
             *column = spare;
             spare = old;
@@ -133,7 +132,7 @@ static void permute_own(struct species *table, const int32_t *order)
         if (!is_kept(table, c)) continue;
         const size_t row = species_row_bytes(c);
         char *own = (char *)*species_slot(table, c) + (size_t)table->own * row;
-        species_gather(c, own, spare, order, table->n_own);
+        species_gather(row, own, spare, order, table->n_own);
         memcpy(own, spare, (size_t)table->n_own * row);
     }
     mem_free(spare);

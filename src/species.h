@@ -64,8 +64,8 @@ void *species_column(const struct species *table, enum column column);
 size_t species_row_bytes(enum column column);
 /* Bytes of a row of the widest column that is kept: what a row takes more while rows are sorted. */
 size_t species_widest(const struct species *table);
-/* to[i] = from[order[i]] for n rows of a column. */
-void species_gather(enum column column, const void *from, void *to, const int32_t *order, int64_t n);
+/* to[i] = from[order[i]] for n rows of so many bytes. */
+void species_gather(size_t row_bytes, const void *from, void *to, const int32_t *order, int64_t n);
 /* Reorders every KEEP column: new row i is old row order[i]; n rows remain. Of a spread table the same with its own
  * rows, counted from the first of them; all remain. */
 void species_permute(struct species *table, const int32_t *order, int64_t n);

@@ -149,7 +149,7 @@ static void test_smoothing(void **state)
     srand48(3);
     for (int i = 0; i < N; i++)
         for (int k = 0; k < 2; k++) at[i][k] = SURFACE_SIZE * drand48();
-    surface_smoothing((const double (*)[2])at, N, h);
+    surface_smoothing((const double (*)[2])at, N, false, h);
     double mean = 0;
     for (int i = 0; i < N; i++) mean += (double)h[i] / N;
     double expected = sqrt(64.0 * SURFACE_SIZE * SURFACE_SIZE / N / (4 * M_PI));

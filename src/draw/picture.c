@@ -58,31 +58,58 @@ static bool frame_box(struct picture *picture, const struct box *box)
     return picture->set = true;
 }
 
+/* One row in so many of all ranks: where it is and what it weighs. */
+struct sampled { double pos[3], mass; };
+
+/* The same rows on any number of ranks, in their order; for mem_free. */
+static struct sampled *take_sample(const struct species *table, int64_t *n)
+{
+    const int64_t most = 100000, stride = 1 + table->n / most, from = species_from(table), to = species_to(table);
+    const int64_t first = (from + stride - 1) / stride * stride, own = to > first ? (to - first + stride - 1) / stride : 0;
+    int64_t *bytes = mem_array("pictures", int64_t, comm_size()), before = 0, total = own;
+    if (table->spread) {
+        comm_gather_counts(own * (int64_t)sizeof(struct sampled), bytes);
+        total = 0;
+        for (int r = 0; r < comm_size(); r++) {
+            before += r < comm_rank() ? bytes[r] / (int64_t)sizeof(struct sampled) : 0;
+            total += bytes[r] / (int64_t)sizeof(struct sampled);
+        }
+    }
+    struct sampled *all = mem_array("pictures", struct sampled, total);
+    for (int64_t k = 0, i = first; k < own; k++, i += stride) {
+        memcpy(all[before + k].pos, table->pos[i], sizeof all->pos);
+        all[before + k].mass = table->mass[i];
+    }
+    if (table->spread) comm_gather_all(all, bytes);
+    mem_free(bytes);
+    *n = total;
+    return all;
+}
+
 /* Centre: the medians. The square that holds 98 % of the mass in each view, and a third more. */
 static void choose_frame(struct picture *picture, const struct species *table, const struct panel panel[2])
 {
     const double part = 0.98, margin = 1.35;
-    const int64_t most = 100000, stride = 1 + table->n / most;
-    struct sample *sample = mem_array("pictures", struct sample, table->n / stride + 1);
+    int64_t n;
+    struct sampled *row = take_sample(table, &n);
+    struct sample *sample = mem_array("pictures", struct sample, n);
     for (int k = 0; k < 3; k++) {
-        int64_t n = 0;
-        for (int64_t i = 0; i < table->n; i += stride)
-            sample[n++] = (struct sample){table->pos[i][k], table->mass[i]};
+        for (int64_t i = 0; i < n; i++) sample[i] = (struct sample){row[i].pos[k], row[i].mass};
         picture->centre[k] = quantile(sample, n, 0.5);
     }
     for (int p = 0; p < 2; p++) {
         const int *axis = panel[p].axis;
-        int64_t n = 0;
-        for (int64_t i = 0; i < table->n; i += stride) {
-            double across = fabs(table->pos[i][axis[0]] - picture->centre[axis[0]]);
-            double up = fabs(table->pos[i][axis[1]] - picture->centre[axis[1]]);
-            sample[n++] = (struct sample){fmax(across, up), table->mass[i]};
+        for (int64_t i = 0; i < n; i++) {
+            double across = fabs(row[i].pos[axis[0]] - picture->centre[axis[0]]);
+            double up = fabs(row[i].pos[axis[1]] - picture->centre[axis[1]]);
+            sample[i] = (struct sample){fmax(across, up), row[i].mass};
         }
         picture->half = fmax(picture->half, margin * quantile(sample, n, part));
     }
     if (!(picture->half > 0)) picture->half = 1;
     picture->set = true;
     mem_free(sample);
+    mem_free(row);
 }
 
 /* --- maps --- */
@@ -90,16 +117,19 @@ static void choose_frame(struct picture *picture, const struct species *table, c
 static bool has_kernel(const struct species *table) { return table->kind == GAS && table->h; }
 static bool has_heat(const struct species *table) { return has_kernel(table) && table->u; }
 
-/* Row positions in pixels. */
+static int64_t count_here(const struct species *table) { return species_to(table) - species_from(table); }
+
+/* Positions, in pixels, of the rows here. */
 static double (*project(const struct picture *picture, const struct panel *panel))[2]
 {
     const struct species *table = panel->table;
     const double scale = SURFACE_SIZE / (2 * picture->half);
-    double (*at)[2] = mem_alloc("pictures", (size_t)table->n * sizeof *at);
-    for (int64_t i = 0; i < table->n; i++)
+    const int64_t n = count_here(table), from = species_from(table);
+    double (*at)[2] = mem_alloc("pictures", (size_t)n * sizeof *at);
+    for (int64_t i = 0; i < n; i++)
         for (int k = 0; k < 2; k++) {
             int axis = panel->axis[k];
-            at[i][k] = (table->pos[i][axis] - picture->centre[axis]) * scale + 0.5 * SURFACE_SIZE;
+            at[i][k] = (table->pos[from + i][axis] - picture->centre[axis]) * scale + 0.5 * SURFACE_SIZE;
         }
     return at;
 }
@@ -121,12 +151,14 @@ static void fill_map(const struct picture *picture, const struct sim *sim, struc
     const double scale = SURFACE_SIZE / (2 * picture->half);
     struct surface *surface = surface_new();
     double (*at)[2] = project(picture, panel);
-    float *h = has_kernel(table) ? NULL : mem_array("pictures", float, table->n);
-    if (h) surface_smoothing((const double (*)[2])at, table->n, h);
+    const int64_t n = count_here(table), from = species_from(table);
+    float *h = has_kernel(table) ? NULL : mem_array("pictures", float, n + 1);      /* never NULL */
+    if (h) surface_smoothing((const double (*)[2])at, n, table->spread, h);
     const struct surface_rows rows = {
-        .n = table->n, .at = (const double (*)[2])at, .h = h ? h : table->h, .h_unit = h ? 1 : scale, .mass = table->mass,
+        .n = n, .at = (const double (*)[2])at, .h = h ? h : table->h + from, .h_unit = h ? 1 : scale, .mass = table->mass + from,
         .value = value, .side = {sim->box.side[panel->axis[0]] * scale, sim->box.side[panel->axis[1]] * scale}};
     surface_add(surface, &rows);
+    if (table->spread) surface_sum_ranks(surface);
     const float (*cell)[2] = surface_finish(surface);
     const float per_area = (float)(surface_unit(&sim->units) * scale * scale);
     panel->shown = pixel_row();
@@ -174,9 +206,9 @@ static void choose_panels(const struct sim *sim, struct panel panel[2])
 static void fill_maps(const struct sim *sim, const struct picture *picture, struct panel panel[2])
 {
     bool heat = has_heat(panel[0].table);
-    float *average = heat ? pixel_row() : NULL, *kelvin = heat ? mem_array("pictures", float, panel[0].table->n) : NULL;
+    float *average = heat ? pixel_row() : NULL, *kelvin = heat ? mem_array("pictures", float, count_here(panel[0].table)) : NULL;
     bool known = heat && layout_temperatures(sim, kelvin);
-    fill_map(picture, sim, &panel[0], known ? kelvin : heat ? panel[0].table->u : NULL, average);
+    fill_map(picture, sim, &panel[0], known ? kelvin : heat ? panel[0].table->u + species_from(panel[0].table) : NULL, average);
     if (heat) panel[1].shown = average;
     else fill_map(picture, sim, &panel[1], NULL, NULL);
     mem_free(kelvin);
@@ -340,13 +372,13 @@ static void draw(const struct sim *sim, const struct picture *picture, const str
 void picture_write(const struct sim *sim, const char *path, struct picture *picture)
 {
     struct panel panel[2];
-    if (comm_rank() != 0) return;
+    if (comm_rank() != 0 && !sim->spread) return;
     choose_panels(sim, panel);
     if (!panel[0].table) return;
     if (!picture->set && !frame_box(picture, &sim->box)) choose_frame(picture, panel[0].table, panel);
     fill_maps(sim, picture, panel);
     for (int p = 0; p < 2; p++) widen_range(picture, p, &panel[p]);
     if (panel[0].table == panel[1].table && !has_heat(panel[0].table)) share_range(picture);
-    draw(sim, picture, panel, path);
+    if (comm_rank() == 0) draw(sim, picture, panel, path);
     for (int p = 0; p < 2; p++) mem_free(panel[p].shown);
 }

@@ -15,6 +15,7 @@ struct picture {
     struct { double low, high; } range[2];
 };
 
-/* Writes a PNG. Rank 0 writes, from complete tables, at a full synchronisation. */
+/* Writes a PNG, at a full synchronisation. All ranks call it; each adds its own rows where these are spread, the first one
+ * writes. */
 void picture_write(const struct sim *sim, const char *path, struct picture *picture);
 #endif

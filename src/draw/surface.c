@@ -3,6 +3,7 @@
  * costs some hundred pixels at most, and the levels are added up by bilinear interpolation. The
  * kernel is the cubic spline (Monaghan & Lattanzio 1985), integrated along the line of sight. */
 #include "surface.h"
+#include "comm.h"
 #include "mem.h"
 #include <math.h>
 #include <omp.h>
@@ -108,6 +109,11 @@ void surface_add(struct surface *surface, const struct surface_rows *rows)
     }
 }
 
+void surface_sum_ranks(struct surface *surface)
+{
+    for (int l = 0, size = SURFACE_SIZE; l < LEVELS; l++, size /= 2) comm_sum_floats(surface->level[l][0], 2 * size * size);
+}
+
 /* Adds a level to the next finer one. A fine pixel lies a quarter of a coarse one off its centre. */
 static void refine(const float (*coarse)[2], float (*fine)[2], int size)
 {
@@ -139,7 +145,7 @@ const float (*surface_finish(struct surface *surface))[2]
 static int64_t cell(double at, int l) { return (int64_t)floor(ldexp(at, -l)); }
 
 /* Rows in the three by three pixels of a level about a place. */
-static int64_t rows_near(int32_t *const count[LEVELS], const double at[2], int l)
+static int64_t rows_near(int64_t *const count[LEVELS], const double at[2], int l)
 {
     const int64_t size = SURFACE_SIZE >> l;
     int64_t rows = 0;
@@ -149,17 +155,18 @@ static int64_t rows_near(int32_t *const count[LEVELS], const double at[2], int l
     return rows;
 }
 
-void surface_smoothing(const double (*at)[2], int64_t n, float *h)
+void surface_smoothing(const double (*at)[2], int64_t n, bool spread, float *h)
 {
     enum { ENOUGH = 40, WITHIN = 64 };
-    int32_t *count[LEVELS];
+    int64_t *count[LEVELS];
     for (int l = 0; l < LEVELS; l++) {
         const int64_t size = SURFACE_SIZE >> l;
-        count[l] = mem_array("pictures", int32_t, size * size);
+        count[l] = mem_array("pictures", int64_t, size * size);
         for (int64_t i = 0; i < n; i++) {
             int64_t x = cell(at[i][0], l), y = cell(at[i][1], l);
             if (x >= 0 && y >= 0 && x < size && y < size) count[l][y * size + x]++;
         }
+        if (spread) comm_sum_int(count[l], (int)(size * size));
     }
     for (int64_t i = 0; i < n; i++) {
         int l = 0;

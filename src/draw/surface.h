@@ -2,6 +2,7 @@
  * Surface density on a square of pixels: each row is spread with the column density of its kernel. */
 #ifndef TEPHRA_SURFACE_H
 #define TEPHRA_SURFACE_H
+#include <stdbool.h>
 #include <stdint.h>
 
 struct surface;
@@ -21,10 +22,12 @@ struct surface_rows {
     double side[2];     /* where space closes on itself after so many pixels the rows are seen again; 0: it does not */
 };
 void surface_add(struct surface *surface, const struct surface_rows *rows);
+/* Of spread rows, after the last of each rank's own: what all ranks have added, on all of them. */
+void surface_sum_ranks(struct surface *surface);
 /* After the last row. Pixel i + SURFACE_SIZE * j holds {mass per pixel, mass times value}. */
 const float (*surface_finish(struct surface *surface))[2];
 
 /* Smoothing lengths, in pixels, of n rows that have none: from their number density in projection,
- * about 64 rows within 2h. */
-void surface_smoothing(const double (*at)[2], int64_t n, float *h);
+ * about 64 rows within 2h; `spread`: of the rows of all ranks, each of which has its own here. */
+void surface_smoothing(const double (*at)[2], int64_t n, bool spread, float *h);
 #endif

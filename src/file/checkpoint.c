@@ -9,6 +9,7 @@
 #include "mem.h"
 #include "module.h"
 #include "provenance.h"
+#include "slices.h"
 #include <errno.h>
 #include <inttypes.h>
 #include <math.h>
@@ -66,20 +67,26 @@ static void write_fields(struct h5 *file, const char *group, const struct saved 
     }
 }
 
-static void write_rows(struct h5 *file, const struct species *table)
+/* file: NULL on other ranks than the first. */
+static void write_rows(struct h5 *file, const struct sim *sim, const struct species *table)
 {
     char path[PLACE], columns[LIST];
     snprintf(path, sizeof path, "Rows/%s", species_names[table->kind]);
     list_columns(table, columns);
-    h5_group(file, path);
-    h5_attr_int(file, path, "rows", table->n);
-    h5_attr_text(file, path, "columns", columns);
+    if (file) {
+        h5_group(file, path);
+        h5_attr_int(file, path, "rows", table->n);
+        h5_attr_text(file, path, "columns", columns);
+    }
+    struct slices rows = slices_of_rows(sim, table);
     for (int c = 0; c < N_COLUMNS; c++) {
         if (!kept(table, c)) continue;
         snprintf(path, sizeof path, "Rows/%s/%s", species_names[table->kind], column_table[c].name);
-        h5_write(file, path, column_kind(c), table->n, column_table[c].components, species_column(table, c));
-        h5_attr_text(file, path, "description", column_table[c].text);
+        const struct slices_set set = {file, path, column_kind(c), column_table[c].components};
+        slices_write_rows(&rows, &set, (const char *)species_column(table, c) + (size_t)species_from(table) * species_row_bytes(c));
+        if (file) h5_attr_text(file, path, "description", column_table[c].text);
     }
+    slices_free(&rows);
 }
 
 /* Time and units, so that `tephra info` need not know of checkpoints. */
@@ -115,11 +122,10 @@ static void keep_previous(const char *path)
     mem_free(previous);
 }
 
-void checkpoint_write(const struct sim *sim, const char *path)
+/* All but the rows. */
+static void write_head(struct h5 *file, const struct sim *sim)
 {
-    if (comm_rank() != 0) return;
     char text[LIST];
-    struct h5 *file = h5_create(path);
     h5_group(file, "Checkpoint");
     list_modules(sim, text);
     h5_attr_int(file, "Checkpoint", "format", FORMAT);
@@ -132,8 +138,17 @@ void checkpoint_write(const struct sim *sim, const char *path)
         snprintf(group, sizeof group, "State/%s", sim->use[u].module->name);
         write_fields(file, group, sim->use[u].module->saved, sim->use[u].state);
     }
+}
+
+void checkpoint_write(const struct sim *sim, const char *path)
+{
+    const bool first = comm_rank() == 0;
+    if (!first && !sim->spread) return;
+    struct h5 *file = first ? h5_create(path) : NULL;
+    if (first) write_head(file, sim);
     for (int s = 0; s < N_SPECIES; s++)
-        if (sim->species[s].n > 0) write_rows(file, &sim->species[s]);
+        if (sim->species[s].n > 0) write_rows(file, sim, &sim->species[s]);
+    if (!first) return;
     keep_previous(path);
     h5_close(file);
 }

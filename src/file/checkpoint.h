@@ -5,7 +5,8 @@
 #include "sim.h"
 
 /* Writes all KEEP columns in use, the time, counters and what each module says it must save. The
- * file that was there becomes *.previous.hdf5; at any moment one of the two is whole. Rank 0 writes. */
+ * file that was there becomes *.previous.hdf5; at any moment one of the two is whole. All ranks call it; the first one
+ * writes, spread rows come to it rank after rank. */
 void checkpoint_write(const struct sim *sim, const char *path);
 
 /* Fills a simulation that was made from the same scene, between sim_new and sim_begin: the rows,

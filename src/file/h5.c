@@ -23,6 +23,7 @@ struct h5 {
     int level;                  /* of gzip */
     bool bad;
     char error[512];
+    struct { hid_t id; char kind; int components; hsize_t next; } set;  /* being written; next: row */
 };
 
 /* --- failures --- */
@@ -210,19 +211,52 @@ static hid_t storage(const struct h5 *file, int64_t rows, int components)
     return create;
 }
 
-void h5_write(struct h5 *file, const char *path, char kind, int64_t rows, int components, const void *data)
+/* Chunks of which a part is written stay in memory until the next part comes. */
+static hid_t set_access(const struct h5 *file)
+{
+    enum { SLOTS = 521, CHUNK_MOST = CHUNK_ROWS * 3 * 8 };
+    hid_t access = must(file, H5Pcreate(H5P_DATASET_ACCESS));
+    H5Pset_chunk_cache(access, SLOTS, 2 * CHUNK_MOST, H5D_CHUNK_CACHE_W0_DEFAULT);
+    return access;
+}
+
+void h5_begin_set(struct h5 *file, const char *path, char kind, int64_t rows, int components)
 {
     hsize_t shape[2] = {(hsize_t)rows, (hsize_t)components};
     hid_t space = must(file, H5Screate_simple(components > 1 ? 2 : 1, shape, NULL));
-    hid_t create = storage(file, rows, components);
+    hid_t create = storage(file, rows, components), access = set_access(file);
     hid_t links = must(file, H5Pcreate(H5P_LINK_CREATE));
     H5Pset_create_intermediate_group(links, 1);
-    hid_t set = must(file, H5Dcreate2(file->id, path, file_type(kind), space, links, create, H5P_DEFAULT));
-    if (rows > 0) must(file, H5Dwrite(set, memory_type(kind), H5S_ALL, H5S_ALL, H5P_DEFAULT, data));
-    must(file, H5Dclose(set));
+    file->set.id = must(file, H5Dcreate2(file->id, path, file_type(kind), space, links, create, access));
+    file->set.kind = kind;
+    file->set.components = components;
+    file->set.next = 0;
     H5Pclose(links);
+    H5Pclose(access);
     H5Pclose(create);
     H5Sclose(space);
+}
+
+void h5_add_rows(struct h5 *file, int64_t rows, const void *data)
+{
+    if (rows == 0) return;
+    const hsize_t from[2] = {file->set.next, 0}, shape[2] = {(hsize_t)rows, (hsize_t)file->set.components};
+    hid_t memory = must(file, H5Screate_simple(file->set.components > 1 ? 2 : 1, shape, NULL));
+    hid_t space = must(file, H5Dget_space(file->set.id));
+    must(file, H5Sselect_hyperslab(space, H5S_SELECT_SET, from, NULL, shape, NULL));
+    must(file, H5Dwrite(file->set.id, memory_type(file->set.kind), memory, space, H5P_DEFAULT, data));
+    file->set.next += (hsize_t)rows;
+    H5Sclose(space);
+    H5Sclose(memory);
+}
+
+void h5_end_set(struct h5 *file) { must(file, H5Dclose(file->set.id)); }
+
+void h5_write(struct h5 *file, const char *path, char kind, int64_t rows, int components, const void *data)
+{
+    h5_begin_set(file, path, kind, rows, components);
+    h5_add_rows(file, rows, data);
+    h5_end_set(file);
 }
 
 /* count 0: a scalar. */

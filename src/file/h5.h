@@ -28,6 +28,10 @@ void h5_close(struct h5 *file);         /* of a created file: flush, fsync, rena
  * Data sets carry a Fletcher-32 checksum: damage shows as a failure to read. */
 void h5_group(struct h5 *file, const char *group);
 void h5_write(struct h5 *file, const char *path, char kind, int64_t rows, int components, const void *data);
+/* The same of rows that come one part after another; one set at a time. */
+void h5_begin_set(struct h5 *file, const char *path, char kind, int64_t rows, int components);
+void h5_add_rows(struct h5 *file, int64_t rows, const void *data);
+void h5_end_set(struct h5 *file);
 void h5_attr_double(struct h5 *file, const char *object, const char *name, double value);
 void h5_attr_int(struct h5 *file, const char *object, const char *name, int64_t value);
 void h5_attr_doubles(struct h5 *file, const char *object, const char *name, const double *values, int count);

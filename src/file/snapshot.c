@@ -8,31 +8,17 @@
 #include "layout.h"
 #include "mem.h"
 #include "provenance.h"
-#include "sort.h"
+#include "slices.h"
 #include <stdio.h>
 #include <string.h>
 
-/* Rows of a species by ascending id. */
-static int32_t *rows_by_id(const struct species *table)
-{
-    int32_t *order = mem_array("files", int32_t, table->n);
-    uint64_t *key = mem_array("files", uint64_t, table->n);
-    for (int64_t i = 0; i < table->n; i++) {
-        order[i] = (int32_t)i;
-        key[i] = table->id[i];
-    }
-    sort_keys(key, order, table->n);
-    mem_free(key);
-    return order;
-}
-
 /* Positions and velocities now of rows that are in the midst of their step. */
 static void predict(const struct sim *sim, const struct species *table, enum column column,
-                    const int32_t *order, double (*values)[3])
+                    const struct slices *rows, double (*values)[3])
 {
     bool moving = table->rung && table->rung0 && table->acc && !timeline_synchronous(&sim->time);
-    for (int64_t i = 0; moving && i < table->n; i++) {
-        int32_t row = order[i];
+    for (int64_t i = 0; moving && i < rows->n_here; i++) {
+        int32_t row = rows->order[i];
         double lag = timeline_lag(&sim->time, table->rung[row], table->rung0[row]);
         if (column == COLUMN_pos) sim_predict(&sim->time, table, row, values[i]);
         else for (int k = 0; k < 3; k++) values[i][k] += lag * (double)table->acc[row][k];
@@ -70,71 +56,67 @@ static void narrow(void *values, int64_t count)
     }
 }
 
-/* What all data sets of a snapshot share. */
+/* What all data sets of a snapshot share. file: the first rank's; NULL on others, which bring in their rows alone. */
 struct writer { struct h5 *file; const struct sim *sim; enum snapshot_precision precision; };
 
-static void write_column(const struct writer *w, const struct species *table, enum column column, const int32_t *order)
+static void write_column(const struct writer *w, const struct species *table, enum column column, const struct slices *rows)
 {
     const struct sim *sim = w->sim;
     const struct column_info *info = &column_table[column];
+    const int64_t n = rows->n_here;
+    const int32_t *order = rows->order;
     bool twice = column == COLUMN_h;
     const char *unit = column_is_element(column) ? "1" : info->unit;
     const char *text = twice ? "radius of the kernel's support, twice the smoothing length" : info->text;
     char path[100];
     char kind = info->element_bytes == 1 ? 'b' : info->kind;
-    void *values = mem_alloc("files", (size_t)table->n * species_row_bytes(column));
-    species_gather(column, species_column(table, column), values, order, table->n);
-    if (column == COLUMN_pos || column == COLUMN_vel) predict(sim, table, column, order, values);
+    void *values = mem_alloc("files", (size_t)n * species_row_bytes(column));
+    species_gather(species_row_bytes(column), species_column(table, column), values, order, n);
+    if (column == COLUMN_pos || column == COLUMN_vel) predict(sim, table, column, rows, values);
     if (column == COLUMN_pos)
-        for (int64_t i = 0; i < table->n; i++) box_wrap(&sim->box, (double *)values + 3 * i);
+        for (int64_t i = 0; i < n; i++) box_wrap(&sim->box, (double *)values + 3 * i);
     if (column_is_element(column))
-        for (int64_t i = 0; i < table->n; i++) ((double *)values)[i] /= table->mass[order[i]];
-    layout_scale(kind, values, table->n * info->components, layout_factor(&sim->units, unit) * (twice ? 2 : 1));
+        for (int64_t i = 0; i < n; i++) ((double *)values)[i] /= table->mass[order[i]];
+    layout_scale(kind, values, n * info->components, layout_factor(&sim->units, unit) * (twice ? 2 : 1));
     snprintf(path, sizeof path, "PartType%d/%s", layout_type[table->kind], info->file_name);
     if (kind == 'd' && w->precision == SNAPSHOT_FLOAT) {
-        narrow(values, table->n * info->components);
+        narrow(values, n * info->components);
         kind = 'f';
     }
-    h5_write(w->file, path, kind, table->n, info->components, values);
-    describe(w->file, path, sim->units.physical, unit, text);
-    mem_free(values);
+    slices_write_by_id(rows, &(struct slices_set){w->file, path, kind, info->components}, values);
+    if (w->file) describe(w->file, path, sim->units.physical, unit, text);
 }
 
-static void write_temperature(struct h5 *file, const struct sim *sim, const struct species *table,
-                              const int32_t *order)
+static void write_temperature(const struct writer *w, const struct species *table, const struct slices *rows)
 {
     if (table->kind != GAS) return;
     char path[100];
-    float *kelvin = mem_array("files", float, sim->species[GAS].n), *values = mem_array("files", float, table->n);
-    if (layout_temperatures(sim, kelvin)) {
-        for (int64_t i = 0; i < table->n; i++) values[i] = kelvin[order[i]];
+    const int64_t from = species_from(table);
+    float *kelvin = mem_array("files", float, species_to(table) - from), *values = mem_array("files", float, rows->n_here);
+    if (layout_temperatures(w->sim, kelvin)) {
+        for (int64_t i = 0; i < rows->n_here; i++) values[i] = kelvin[rows->order[i] - from];
         snprintf(path, sizeof path, "PartType%d/Temperature", layout_type[table->kind]);
-        h5_write(file, path, 'f', table->n, 1, values);
-        describe(file, path, true, "K", "temperature, P/rho mu m_p / k_B");
+        slices_write_by_id(rows, &(struct slices_set){w->file, path, 'f', 1}, values);
+        if (w->file) describe(w->file, path, true, "K", "temperature, P/rho mu m_p / k_B");
+    } else {
+        mem_free(values);
     }
     mem_free(kelvin);
-    mem_free(values);
 }
 
-/* Rows that are gone come last in the order of ids, and are left out. */
-static void write_species(const struct writer *w, const struct species *all)
+static void write_species(const struct writer *w, const struct species *table)
 {
-    struct species shown = *all, *table = &shown;
-    shown.n = species_live(all);
-    struct h5 *file = w->file;
-    const struct sim *sim = w->sim;
     char group[20];
     snprintf(group, sizeof group, "PartType%d", layout_type[table->kind]);
-    h5_group(file, group);
-    h5_attr_text(file, group, "species", species_names[table->kind]);
-    int32_t *order = rows_by_id(all);
+    if (w->file) h5_group(w->file, group);
+    if (w->file) h5_attr_text(w->file, group, "species", species_names[table->kind]);
+    struct slices rows = slices_by_id(w->sim, table);
     for (int c = 0; c < N_COLUMNS; c++) {
-        bool stale = c == COLUMN_pot && !sim->fresh_potential;
-        if (*column_table[c].file_name && !stale && species_column(table, c))
-            write_column(w, table, c, order);
+        bool stale = c == COLUMN_pot && !w->sim->fresh_potential;
+        if (*column_table[c].file_name && !stale && species_column(table, c)) write_column(w, table, c, &rows);
     }
-    write_temperature(file, sim, table, order);
-    mem_free(order);
+    write_temperature(w, table, &rows);
+    slices_free(&rows);
 }
 
 static void write_units(struct h5 *file, const struct sim *sim, const char *group)
@@ -198,17 +180,23 @@ static void write_parameters(struct h5 *file, const struct sim *sim)
     }
 }
 
+/* All but the rows. */
+static void write_head(const struct writer *w)
+{
+    write_header(w);
+    write_parameters(w->file, w->sim);
+    h5_group(w->file, "Units");
+    write_units(w->file, w->sim, "Units");
+    provenance_write(w->file, w->sim);
+}
+
 void snapshot_write(const struct sim *sim, const char *path, enum snapshot_precision precision)
 {
-    if (comm_rank() != 0) return;
-    struct h5 *file = h5_create(path);
-    const struct writer writer = {file, sim, precision};
-    write_header(&writer);
-    write_parameters(file, sim);
-    h5_group(file, "Units");
-    write_units(file, sim, "Units");
-    provenance_write(file, sim);
+    const bool first = comm_rank() == 0;
+    if (!first && !sim->spread) return;
+    const struct writer writer = {first ? h5_create(path) : NULL, sim, precision};
+    if (first) write_head(&writer);
     for (int s = 0; s < N_SPECIES; s++)
         if (species_live(&sim->species[s]) > 0) write_species(&writer, &sim->species[s]);
-    h5_close(file);
+    if (first) h5_close(writer.file);
 }

@@ -11,6 +11,6 @@ enum snapshot_precision { SNAPSHOT_DOUBLE, SNAPSHOT_FLOAT };
 
 /* Writes every column with a file name that the species has; positions and velocities are those of
  * the present tick for rows in the midst of a step too. Potential only where it is fresh.
- * Rank 0 writes, from complete tables; the other ranks return at once. */
+ * All ranks call it. The first one writes; spread rows come to it in slices (slices.h). */
 void snapshot_write(const struct sim *sim, const char *path, enum snapshot_precision precision);
 #endif
