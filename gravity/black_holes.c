@@ -10,6 +10,7 @@
 #include "mem.h"
 #include "module.h"
 #include "output.h"
+#include "ranks.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -152,8 +153,9 @@ static void warn(struct sim *sim, void *state)
 {
     const struct black_holes *b = state;
     const struct species *star = &sim->species[STAR];
-    int64_t holes = 0;
-    for (int64_t i = 0; i < star->n; i++) holes += black_hole_is(star, i);
+    double holes = 0;
+    for (int64_t i = species_from(star); i < species_to(star); i++) holes += black_hole_is(star, i);
+    ranks_sum(sim, &holes, 1);
     if (holes == 0)
         log_warning("black_holes: the start has none (their rows are marked in the data set BlackHole of a file, or made by a "
                     "generator's key start.holes)");

@@ -360,15 +360,17 @@ static void limit(struct sim *sim, void *state)
 /* Positions are doubles about the origin: how far from it the rows lie and how large the set is. */
 static void warn_distance(const struct sim *sim, const struct gravity *g)
 {
-    double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY}, far = 0, extent = 0;
+    double most[6], far = 0, extent = 0;    /* of -x and x */
+    for (int k = 0; k < 6; k++) most[k] = -INFINITY;
     for_species(sim, s)
-        for (int64_t i = 0; i < s->n; i++)
+        for (int64_t i = species_from(s); i < species_to(s); i++)
             for (int k = 0; k < 3; k++) {
-                low[k] = fmin(low[k], s->pos[i][k]);
-                high[k] = fmax(high[k], s->pos[i][k]);
-                far = fmax(far, fabs(s->pos[i][k]));
+                most[k] = fmax(most[k], -s->pos[i][k]);
+                most[3 + k] = fmax(most[3 + k], s->pos[i][k]);
             }
-    for (int k = 0; k < 3; k++) extent = fmax(extent, high[k] - low[k]);
+    ranks_max(sim, most, 6);
+    for (int k = 0; k < 6; k++) far = fmax(far, most[k]);
+    for (int k = 0; k < 3; k++) extent = fmax(extent, most[3 + k] + most[k]);
     const double step = far * DBL_EPSILON, spacing = extent / cbrt(fmax((double)g->rows, 1));
     const double matters = sim->tree.blur > 0 ? fmin(sim->tree.blur, spacing) : spacing;
     if (extent > 0 && step > 1e-3 * matters)

@@ -104,7 +104,7 @@ static void correct_start(struct sim *sim, const struct cooling *cooling)
 {
     struct species *gas = &sim->species[GAS];
     double kelvin = layout_kelvin(sim);
-    for (int64_t i = 0; i < gas->n; i++)
+    for (int64_t i = species_from(gas); i < species_to(gas); i++)
         gas->u[i] = (float)(cooling_curve_u(curve_of(cooling, gas, i), kelvin * (double)gas->u[i]) / cooling->law.energy);
 }
 

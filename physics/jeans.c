@@ -4,6 +4,7 @@
 #include "comm.h"
 #include "log.h"
 #include "module.h"
+#include "ranks.h"
 #include "sph/sph.h"
 #include <math.h>
 
@@ -39,7 +40,8 @@ static void state_resolution(struct sim *sim, void *state)
     const struct species *gas = &sim->species[GAS];
     if (sph->eos == SPH_ADIABATIC || gas->n == 0) return;
     double sum[2] = {0, 0};
-    for (int64_t i = 0; i < gas->n; i++) sum[0] += gas->mass[i];
+    for (int64_t i = species_from(gas); i < species_to(gas); i++) sum[0] += gas->mass[i];
+    ranks_sum(sim, sum, 1);
     double mass = jeans->kernels * (double)sph->neighbours * sum[0] / (double)gas->n;
     double one = jeans_mass(sim->units.G, sph->sound_speed * sph->sound_speed, 1);
     log_line("jeans: masses from %.4g on are resolved, the isothermal Jeans mass up to the density %.4g", mass,

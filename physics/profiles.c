@@ -9,6 +9,7 @@
 #include "mem.h"
 #include "module.h"
 #include "output.h"
+#include "ranks.h"
 #include <math.h>
 #include <string.h>
 
@@ -55,9 +56,10 @@ static bool is_of(uint64_t id, int64_t split, int object)
 
 static void check_split(struct sim *sim, int64_t split)
 {
-    int64_t rows[2] = {0};
+    double rows[2] = {0};
     for_species(sim, s)
-        for (int64_t i = 0; i < s->n; i++) rows[is_of(s->id[i], split, 1)]++;
+        for (int64_t i = species_from(s); i < species_to(s); i++) rows[is_of(s->id[i], split, 1)]++;
+    ranks_sum(sim, rows, 2);
     for (int o = 0; o < 2; o++)
         if (rows[o] == 0)
             problems_add(&sim->problems, "%s: %lld leaves the %s object without rows", scene_place(sim->scene, "profiles", "split"),
@@ -67,7 +69,6 @@ static void check_split(struct sim *sim, int64_t split)
                     "separation.csv counts them with the second object");
 }
 
-/* Here every rank still has all rows. */
 static void begin(struct sim *sim, void *state)
 {
     struct profiles *profiles = state;

@@ -8,6 +8,7 @@
 #include "log.h"
 #include "mem.h"
 #include "module.h"
+#include "ranks.h"
 #include "sph.h"
 #include "steps.h"
 #include <math.h>
@@ -150,16 +151,21 @@ static void check_units(struct sim *sim, const struct sph *sph)
     static const double room = 1e25;
     const struct species *gas = &sim->species[GAS];
     if (gas->n == 0) return;
-    double low[3], high[3], mass = 0, u = sph->sound_speed * sph->sound_speed, volume = 1;
-    for (int64_t i = 0; i < gas->n; i++) {
+    double mass = 0, volume = 1, most[7];       /* of -x, x, and u */
+    for (int k = 0; k < 6; k++) most[k] = -INFINITY;
+    most[6] = gas->u ? 0 : sph->sound_speed * sph->sound_speed;
+    for (int64_t i = species_from(gas); i < species_to(gas); i++) {
         mass += gas->mass[i] / (double)gas->n;
-        if (gas->u) u = i == 0 ? (double)gas->u[0] : fmax(u, (double)gas->u[i]);
+        if (gas->u) most[6] = fmax(most[6], (double)gas->u[i]);
         for (int k = 0; k < 3; k++) {
-            low[k] = i == 0 ? gas->pos[i][k] : fmin(low[k], gas->pos[i][k]);
-            high[k] = i == 0 ? gas->pos[i][k] : fmax(high[k], gas->pos[i][k]);
+            most[k] = fmax(most[k], -gas->pos[i][k]);
+            most[3 + k] = fmax(most[3 + k], gas->pos[i][k]);
         }
     }
-    for (int k = 0; k < 3; k++) volume *= high[k] - low[k];
+    ranks_sum(sim, &mass, 1);
+    ranks_max(sim, most, 7);
+    const double u = most[6];
+    for (int k = 0; k < 3; k++) volume *= most[3 + k] + most[k];
     if (!(volume > 0)) return;      /* a row, a line or a plane: no scale to judge by */
     double spacing = cbrt(volume / (double)gas->n), rho = mass / pow(spacing, 3);
     const double terms[] = {pow(spacing, 4), mass / pow(spacing, 5), mass, rho, u > 0 ? u / rho : 1};
@@ -245,30 +251,33 @@ enum { CUBIC_NEIGHBOURS = 55 };
 /* Sedov's explosion from one row, which keeps a quarter of it (doc/manual/problems.md); from 32 rows the shock is right. */
 static const double hot_share = 0.1;
 
-static void warn_of_hot_row(const struct species *gas)
+static void warn_of_hot_row(const struct sim *sim, const struct species *gas)
 {
     double all = 0, most = 0;
-    for (int64_t i = 0; gas->u && i < gas->n; i++) {
+    for (int64_t i = species_from(gas); gas->u && i < species_to(gas); i++) {
         double energy = gas->mass[i] * (double)gas->u[i];
         all += energy;
         most = fmax(most, energy);
     }
+    ranks_sum(sim, &all, 1);
+    ranks_max(sim, &most, 1);
     if (gas->n > 1 / hot_share && most > hot_share * all)
         log_warning("sph: one row of gas holds %.0f %% of the thermal energy: by pressure alone it shares it late, and not all "
                     "of it; give it to more rows, or set sph.conduction = 0.1", 100 * most / all);
 }
 
 /* h/|v| of the classic criterion shortens the steps of gas that merely moves. */
-static void warn_of_boost(const struct species *gas, const struct sph *sph)
+static void warn_of_boost(const struct sim *sim, const struct species *gas, const struct sph *sph)
 {
-    double mass = 0, momentum[3] = {0}, c2 = 0;
-    for (int64_t i = 0; i < gas->n; i++) {
+    double sum[5] = {0};        /* momentum, mass, m c^2 */
+    for (int64_t i = species_from(gas); i < species_to(gas); i++) {
         double c = (double)sph_sound_speed(sph, gas->u ? gas->u[i] : 0, 0);
-        mass += gas->mass[i];
-        c2 += gas->mass[i] * c * c;
-        for (int k = 0; k < 3; k++) momentum[k] += gas->mass[i] * gas->vel[i][k];
+        sum[3] += gas->mass[i];
+        sum[4] += gas->mass[i] * c * c;
+        for (int k = 0; k < 3; k++) sum[k] += gas->mass[i] * gas->vel[i][k];
     }
-    double mach = sqrt((momentum[0] * momentum[0] + momentum[1] * momentum[1] + momentum[2] * momentum[2]) / (mass * c2));
+    ranks_sum(sim, sum, 5);
+    double mach = sqrt((sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]) / (sum[3] * sum[4]));
     if (mach > 2)
         log_warning("time.criterion: classic: the gas moves as a whole at %.3g times its speed of sound, and h/|v| makes its steps "
                     "as much shorter; criterion: signal does not", mach);
@@ -276,16 +285,17 @@ static void warn_of_boost(const struct species *gas, const struct sph *sph)
 
 /* Without Balsara's switch the viscosity is one of shear too: about alpha c h/10 (tests/scenes/boundaries.py disc). A gas is
  * taken for a disc where most of its motion is about one axis through the origin. */
-static void warn_of_shear(const struct species *gas, const struct sph *sph)
+static void warn_of_shear(const struct sim *sim, const struct species *gas, const struct sph *sph)
 {
-    double sum[3] = {0}, size = 0;
-    for (int64_t i = 0; i < gas->n; i++) {
+    double sum[4] = {0};        /* angular momentum, and the most that it could be */
+    for (int64_t i = species_from(gas); i < species_to(gas); i++) {
         const double *x = gas->pos[i], *v = gas->vel[i], m = gas->mass[i];
         double l[3] = {x[1] * v[2] - x[2] * v[1], x[2] * v[0] - x[0] * v[2], x[0] * v[1] - x[1] * v[0]};
         for (int k = 0; k < 3; k++) sum[k] += m * l[k];
-        size += m * sqrt((x[0] * x[0] + x[1] * x[1] + x[2] * x[2]) * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]));
+        sum[3] += m * sqrt((x[0] * x[0] + x[1] * x[1] + x[2] * x[2]) * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]));
     }
-    if (sqrt(sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]) > 0.5 * size)
+    ranks_sum(sim, sum, 4);
+    if (sqrt(sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]) > 0.5 * sum[3])
         log_warning("sph.balsara = off: this gas rotates, and loses its angular momentum as by a viscosity of %.3g c h",
                     sph->alpha / 10);
 }
@@ -306,9 +316,9 @@ static void warn(struct sim *sim, void *state)
     if (sph->conduction >= 1 && !sim->time.common)
         log_warning("sph.conduction = %g: a hot row gives away half of its energy in a step, and its neighbours' steps differ: "
                     "energy errors of 1 %% and more", sph->conduction);
-    if (!sph->balsara && sph->strength == SPH_CONSTANT && sph->alpha > 0) warn_of_shear(&sim->species[GAS], sph);
-    if (sim->time.classic) warn_of_boost(&sim->species[GAS], sph);
-    if (!(sph->conduction > 0)) warn_of_hot_row(&sim->species[GAS]);
+    if (!sph->balsara && sph->strength == SPH_CONSTANT && sph->alpha > 0) warn_of_shear(sim, &sim->species[GAS], sph);
+    if (sim->time.classic) warn_of_boost(sim, &sim->species[GAS], sph);
+    if (!(sph->conduction > 0)) warn_of_hot_row(sim, &sim->species[GAS]);
     if (sph->courant > 0.5) log_warning("sph.courant = %g: sound crosses more than h/4 in a step", sph->courant);
 }
 

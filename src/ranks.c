@@ -17,23 +17,66 @@ static const char *obstacle(const struct sim *sim)
     return sim->device ? "the device" : sim->whole;
 }
 
+bool ranks_will_spread(const struct sim *sim) { return comm_size() > 1 && !obstacle(sim); }
+
 void ranks_spread(struct sim *sim)
 {
     const int size = comm_size(), rank = comm_rank();
-    if (size == 1 || sim->spread) return;
-    const char *why = obstacle(sim);
-    if (why) {
-        log_line("every rank holds all rows, because of %s: memory does not fall with the number of ranks", why);
-        return;
-    }
     for_species(sim, s) {
         const int64_t from = s->n * rank / size, to = s->n * (rank + 1) / size;
         species_spread(s, from, to - from);
     }
     sim->spread = true;
-    double most = (double)mem_restart_peak();
-    comm_max(&most, 1);
-    log_line("rows are spread: each rank held up to %.1f MB while all were read or made, and holds its own part now", 1e-6 * most);
+}
+
+static void join_species(struct species *s)
+{
+    int64_t *bytes = mem_array("ranks", int64_t, comm_size()), *rows = mem_array("ranks", int64_t, comm_size());
+    comm_gather_counts(s->n_own, rows);
+    for (int c = 0; c < N_COLUMNS; c++) {
+        if (!species_has(s, c)) continue;
+        const size_t row = species_row_bytes(c);
+        for (int r = 0; r < comm_size(); r++) bytes[r] = rows[r] * (int64_t)row;
+        species_use(s, (uint64_t)1 << c, 0, s->n);
+        comm_gather_all(species_column(s, c), bytes);
+    }
+    species_join(s);
+    mem_free(bytes);
+    mem_free(rows);
+}
+
+void ranks_settle(struct sim *sim)
+{
+    if (comm_size() == 1) return;
+    const char *why = obstacle(sim);
+    if (!why) {
+        if (!sim->spread) ranks_spread(sim);
+        double most = (double)mem_restart_peak();
+        comm_max(&most, 1);
+        log_line("rows are spread: each rank holds its own; until now one held up to %.1f MB", 1e-6 * most);
+        return;
+    }
+    log_line("every rank holds all rows, because of %s: memory does not fall with the number of ranks", why);
+    if (!sim->spread) return;
+    sim->spread = false;
+    for_species(sim, s) join_species(s);
+}
+
+void ranks_sum(const struct sim *sim, double *values, int count) { if (sim->spread) comm_sum(values, count); }
+void ranks_max(const struct sim *sim, double *values, int count) { if (sim->spread) comm_max(values, count); }
+
+void ranks_tell(struct sim *sim, const char *wrong)
+{
+    double root = wrong ? comm_rank() : INFINITY, length = 0;
+    if (sim->spread) comm_min(&root, 1);
+    if (isinf(root)) return;
+    if (comm_rank() == (int)root || !sim->spread) length = (double)strlen(wrong) + 1;
+    if (sim->spread) comm_max(&length, 1);
+    char *text = mem_alloc("messages", (size_t)length);
+    if (wrong && (comm_rank() == (int)root || !sim->spread)) strcpy(text, wrong);
+    if (sim->spread) comm_broadcast(text, (size_t)length, (int)root);
+    problems_add(&sim->problems, "%s", text);
+    mem_free(text);
 }
 
 /* Updates due a full step, in units of the smallest that doubles can add exactly. */

@@ -15,8 +15,18 @@ struct sim;
 /* Rows of a cell that is not cut between domains, if nobody has larger groups: well below a domain. */
 enum { RANKS_ATOM = 512 };
 
-/* Before the first step: spreads the rows, or says in the log what stands against it. */
+/* Whether rows can be spread from the start on: nothing that is known before they are there stands against it. */
+bool ranks_will_spread(const struct sim *sim);
+/* Rows that every rank has made become spread. */
 void ranks_spread(struct sim *sim);
+/* Before the first step: rows become spread if they are not, or are taken together again if a module has found what stands
+ * against it; the log says which it is. */
+void ranks_settle(struct sim *sim);
+/* Of values of the rows [species_from, species_to), those of all rows. */
+void ranks_sum(const struct sim *sim, double *values, int count);
+void ranks_max(const struct sim *sim, double *values, int count);
+/* What is wrong (NULL: nothing) on the first rank that has something to tell becomes a problem on all of them. */
+void ranks_tell(struct sim *sim, const char *wrong);
 /* After a build: each rank's own rows, balanced by the updates due until the next full step. */
 void ranks_divide(struct sim *sim);
 /* Sends columns of the own active rows to the other ranks; of spread rows, of all those that have been asked for.

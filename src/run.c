@@ -128,7 +128,7 @@ int run_to_end(struct sim *sim, double max_wall)
     const struct leg before = {profile_cpu(), sim->updates};
     sim->wall_start = profile_wall();
     sim->part_start = (double)time->tick / (double)time->tick_end;
-    ranks_spread(sim);
+    ranks_settle(sim);
     bool fine = sim->started || run_step(sim, HOOK_RECORD);
     while (fine && time->tick < time->tick_end) {
         output->snapshot_asked |= asked_for_snapshot();

@@ -44,10 +44,51 @@ size_t species_row_bytes(enum column column)
     return (size_t)(column_table[column].element_bytes * column_table[column].components);
 }
 
+/* A column of a spread table, with room for the own rows. */
+static void *reserve_part(const struct species *table, size_t row)
+{
+    void *part = mem_reserve("columns", (size_t)table->n * row);
+    mem_use(part, (size_t)table->own * row, (size_t)(table->own + table->n_own) * row);
+    return part;
+}
+
+static void refuse_too_many(const struct species *table, int64_t rows)
+{
+    if (rows > INT32_MAX)
+        fail(STATUS_INPUT, "%lld %s rows: at most 2^31 - 1 of a species", (long long)rows, species_names[table->kind]);
+}
+
+void species_reserve_part(struct species *table, int64_t n, int64_t own, int64_t n_own)
+{
+    refuse_too_many(table, n);
+    table->spread = true;
+    table->n = table->capacity = n;
+    table->own = own;
+    table->n_own = n_own;
+    for (int c = 0; c < N_COLUMNS; c++)
+        if (species_has(table, c)) *species_slot(table, c) = reserve_part(table, species_row_bytes(c));
+    table->ending = table->active = mem_array("columns", int32_t, n_own + 1);
+}
+
+void species_join(struct species *table)
+{
+    for (int c = 0; c < N_COLUMNS; c++) {
+        if (!species_has(table, c)) continue;
+        const size_t bytes = (size_t)table->n * species_row_bytes(c);
+        void *part = *species_slot(table, c), *whole = mem_alloc("columns", bytes);
+        memcpy(whole, part, bytes);
+        mem_free(part);
+        *species_slot(table, c) = whole;
+    }
+    table->spread = false;
+    table->own = 0;
+    table->n_own = table->n;
+    table->ending = table->active = mem_resize("columns", table->ending, (size_t)table->n * sizeof *table->ending);
+}
+
 void species_reserve(struct species *table, int64_t capacity)
 {
-    if (capacity > INT32_MAX) fail(STATUS_INPUT, "%lld %s rows: at most 2^31 - 1 of a species",
-                                   (long long)capacity, species_names[table->kind]);
+    refuse_too_many(table, capacity);
     if (capacity < table->capacity) capacity = table->capacity;
     if (capacity > table->capacity) rows_leave(table);
     for (int c = 0; c < N_COLUMNS; c++) {
@@ -56,6 +97,10 @@ void species_reserve(struct species *table, int64_t capacity)
         size_t row = species_row_bytes(c);
         int64_t kept = *data ? table->n : 0;
         if (capacity == 0 || (*data && capacity == table->capacity)) continue;
+        if (table->spread) {
+            *data = reserve_part(table, row);
+            continue;
+        }
         *data = mem_resize("columns", *data, (size_t)capacity * row);
         memset((char *)*data + (size_t)kept * row, 0, (size_t)(capacity - kept) * row);
     }
@@ -140,18 +185,17 @@ static void permute_own(struct species *table, const int32_t *order)
 
 void species_spread(struct species *table, int64_t own, int64_t n_own)
 {
+    table->own = own;
+    table->n_own = n_own;
     for (int c = 0; c < N_COLUMNS; c++) {
         if (!species_has(table, c)) continue;
         const size_t row = species_row_bytes(c), from = (size_t)own * row, bytes = (size_t)n_own * row;
-        char *whole = *species_slot(table, c), *part = mem_reserve("columns", (size_t)table->n * row);
-        mem_use(part, from, from + bytes);
+        char *whole = *species_slot(table, c), *part = reserve_part(table, row);
         if (bytes > 0) memcpy(part + from, whole + from, bytes);
         mem_free(whole);
         *species_slot(table, c) = part;
     }
     table->spread = true;
-    table->own = own;
-    table->n_own = n_own;
     table->capacity = table->n;
     table->ending = table->active = mem_resize("columns", table->ending, (size_t)(n_own + 1) * sizeof *table->ending);
 }

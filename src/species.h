@@ -51,6 +51,10 @@ void species_free(struct species *table);
 /* The rows that are here whatever happens: own ones of a spread table, else all. */
 static inline int64_t species_from(const struct species *table) { return table->spread ? table->own : 0; }
 static inline int64_t species_to(const struct species *table) { return table->spread ? table->own + table->n_own : table->n; }
+/* The same of an empty table that is to be spread over the ranks: room for rows [own, own + n_own) of n. */
+void species_reserve_part(struct species *table, int64_t n, int64_t own, int64_t n_own);
+/* Of a spread table of which all rows are here: it is no longer spread. */
+void species_join(struct species *table);
 /* Of a table that every rank holds whole, keeps rows [own, own + n_own): it is spread from now on. */
 void species_spread(struct species *table, int64_t own, int64_t n_own);
 /* States that rows [from, to) of a spread table will be used in these columns (bits 1 << COLUMN_x). */

@@ -5,6 +5,7 @@
 #include "log.h"
 #include "mem.h"
 #include "module.h"
+#include "ranks.h"
 #include <stdio.h>
 #include <string.h>
 
@@ -86,8 +87,14 @@ void start_advise(struct sim *sim, const char *block, const char *key, double va
 void start_load(struct sim *sim)
 {
     const struct start *start = sim->start;
-    if (start->maker) start->maker->make(sim, start->maker_state, start->n);
-    else start_file_read(sim, start->file);
+    const bool spread = sim->spread;
+    if (!start->maker) {
+        start_file_read(sim, start->file);
+        return;
+    }
+    sim->spread = false;        /* generators make all rows on every rank */
+    start->maker->make(sim, start->maker_state, start->n);
+    if (spread && sim->problems.count == 0) ranks_spread(sim);
 }
 
 void start_free(struct start *start)

@@ -18,7 +18,8 @@ extern const struct param start_params[];
 
 /* Reads the block. Mistakes go to sim->problems. */
 void start_read(struct sim *sim);
-/* Makes or reads the rows, centres ids and tables; sets the time line's start from a file's Time. */
+/* Makes or reads the rows, of spread ones (sim->spread) those of this rank alone; sets the time line's start from a file's
+ * Time. */
 void start_load(struct sim *sim);
 /* For a generator's advise: a value, in code units, of a key of another block that the scene leaves open. */
 void start_advise(struct sim *sim, const char *block, const char *key, double value);

@@ -9,6 +9,7 @@
 #include "mem.h"
 #include "module.h"
 #include "output.h"
+#include "ranks.h"
 #include "run.h"
 #include "signals.h"
 #include "start.h"
@@ -142,8 +143,12 @@ static int go(struct sim *sim, const struct cmd_options *options)
 
 static int fresh(const struct cmd_options *options)
 {
-    struct sim *sim = cmd_sim(cmd_scene(options, options->argument[0]));
+    struct sim *sim = sim_new(cmd_scene(options, options->argument[0]), SIM_RUN);
+    problems_report(&sim->problems);
     cmd_open_device(options, sim);
+    sim->spread = ranks_will_spread(sim);
+    start_load(sim);
+    problems_report(&sim->problems);
     sim_begin(sim);
     problems_report(&sim->problems);
     char *folder = options->out ? text_join(options->out, "") : default_folder(options->argument[0]);
@@ -168,9 +173,10 @@ static int again(const struct cmd_options *options)
     struct sim *sim = sim_new(cmd_scene(options, used), SIM_RUN);
     check_restart(sim, options);
     problems_report(&sim->problems);
+    cmd_open_device(options, sim);
+    sim->spread = ranks_will_spread(sim);
     checkpoint_read(sim, checkpoint);
     problems_report(&sim->problems);
-    cmd_open_device(options, sim);
     sim_begin(sim);
     problems_report(&sim->problems);
     sim->folder = folder;

@@ -9,6 +9,7 @@
 #include "mem.h"
 #include "module.h"
 #include "provenance.h"
+#include "ranks.h"
 #include "slices.h"
 #include <errno.h>
 #include <inttypes.h>
@@ -184,13 +185,20 @@ static void read_rows(struct sim *sim, struct h5 *file, const char *path, struct
     if (!h5_read_attr(file, group, "rows", &rows, 1)) return;
     list_columns(table, own);
     if (!same_list(sim, file, (const char *[2]){group, "columns"}, path, own)) return;
-    species_reserve(table, (int64_t)rows);
-    table->n = table->n_own = (int64_t)rows;
+    const int64_t all = (int64_t)rows, from = sim->spread ? all * comm_rank() / comm_size() : 0;
+    const struct h5_part part = {all, from, sim->spread ? all * (comm_rank() + 1) / comm_size() - from : all};
+    if (sim->spread) {
+        species_reserve_part(table, all, part.first, part.rows);
+    } else {
+        species_reserve(table, all);
+        table->n = table->n_own = all;
+    }
     for (int c = 0; c < N_COLUMNS; c++) {
         if (!kept(table, c)) continue;
         char set[PLACE];
         snprintf(set, sizeof set, "%s/%s", group, column_table[c].name);
-        h5_read(file, set, column_kind(c), table->n, column_table[c].components, species_column(table, c));
+        h5_read_rows(file, set, column_kind(c), part, column_table[c].components,
+                     (char *)species_column(table, c) + (size_t)part.first * species_row_bytes(c));
     }
 }
 
@@ -240,12 +248,15 @@ void checkpoint_read(struct sim *sim, const char *path)
 {
     struct h5 *file = h5_open(path);
     if (!h5_error(file)) read_all(sim, file, path);
+    char *wrong = NULL;
     if (h5_error(file)) {
         char *previous = previous_path(path);
         bool there = access(previous, R_OK) == 0;
-        problems_add(&sim->problems, "%s %s%s%s%s", path, h5_error(file), there ? "; the one before it is " : "",
-                     there ? previous : "", there ? ": give it this name to go on from there" : "");
+        wrong = mem_format("files", "%s %s%s%s%s", path, h5_error(file), there ? "; the one before it is " : "",
+                           there ? previous : "", there ? ": give it this name to go on from there" : "");
         mem_free(previous);
     }
+    ranks_tell(sim, wrong);
+    mem_free(wrong);
     h5_close(file);
 }

@@ -12,6 +12,6 @@ void checkpoint_write(const struct sim *sim, const char *path);
 /* Fills a simulation that was made from the same scene, between sim_new and sim_begin: the rows,
  * module states, counters, seed, and time.{start,dt_max,tick}; the cadences keep their lengths if
  * the longest step differs. A file of another format, of other modules or columns, or a damaged one
- * goes to sim->problems, and the simulation is then unusable. Every rank reads. */
+ * goes to sim->problems, and the simulation is then unusable. Every rank reads, of spread rows (sim->spread) its part. */
 void checkpoint_read(struct sim *sim, const char *path);
 #endif

@@ -353,23 +353,33 @@ char h5_kind(struct h5 *file, const char *path)
     return kind;
 }
 
-bool h5_read(struct h5 *file, const char *path, char kind, int64_t rows, int components, void *data)
+bool h5_read_rows(struct h5 *file, const char *path, char kind, struct h5_part part, int components, void *data)
 {
     int64_t there = 0;
     int width = 0;
     if (file->bad) return false;
     if (!h5_shape(file, path, &there, &width)) return h5_refuse(file, "has no data set %s", path);
-    if (there != rows || width != components)
+    if (there != part.all || width != components)
         return h5_refuse(file, "has a data set %s of %lld x %d values where %lld x %d belong", path,
-                         (long long)there, width, (long long)rows, components);
-    if (rows == 0) return true;
+                         (long long)there, width, (long long)part.all, components);
+    if (part.rows == 0) return true;
     bool negative = kind == 'u' && h5_kind(file, path) == 'i';    /* may be: HDF5 would make 0 of each */
-    hid_t set = H5Dopen2(file->id, path, H5P_DEFAULT);
-    bool done = H5Dread(set, negative ? H5T_NATIVE_INT64 : memory_type(kind), H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0;
+    const hsize_t from[2] = {(hsize_t)part.first, 0}, shape[2] = {(hsize_t)part.rows, (hsize_t)components};
+    hid_t set = H5Dopen2(file->id, path, H5P_DEFAULT), space = H5Dget_space(set);
+    hid_t memory = H5Screate_simple(H5Sget_simple_extent_ndims(space), shape, NULL);
+    bool done = H5Sselect_hyperslab(space, H5S_SELECT_SET, from, NULL, shape, NULL) >= 0
+             && H5Dread(set, negative ? H5T_NATIVE_INT64 : memory_type(kind), memory, space, H5P_DEFAULT, data) >= 0;
     char reason[300] = "";
     if (!done) H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, innermost, reason);
+    H5Sclose(memory);
+    H5Sclose(space);
     H5Dclose(set);
     return done || h5_refuse(file, "is damaged: %s cannot be read (%s)", path, reason);
+}
+
+bool h5_read(struct h5 *file, const char *path, char kind, int64_t rows, int components, void *data)
+{
+    return h5_read_rows(file, path, kind, (struct h5_part){rows, 0, rows}, components, data);
 }
 
 bool h5_read_attr(struct h5 *file, const char *object, const char *name, double *values, int count)

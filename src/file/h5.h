@@ -46,6 +46,9 @@ bool h5_shape(struct h5 *file, const char *path, int64_t *rows, int *components)
 char h5_kind(struct h5 *file, const char *path);
 /* Converts to the memory kind; negative numbers read as u keep their 64 bits, and so stay distinct. */
 bool h5_read(struct h5 *file, const char *path, char kind, int64_t rows, int components, void *data);
+/* The same of rows [first, first + rows) of a data set that has `all` rows. */
+struct h5_part { int64_t all, first, rows; };
+bool h5_read_rows(struct h5 *file, const char *path, char kind, struct h5_part part, int components, void *data);
 /* The first `count` elements of a numeric attribute; false if it is missing or shorter. */
 bool h5_read_attr(struct h5 *file, const char *object, const char *name, double *values, int count);
 /* Text of an attribute for the caller to mem_free; NULL if it is missing. */

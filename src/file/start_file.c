@@ -2,21 +2,24 @@
  * Reads initial conditions (start_file.h). Tolerant of names and precisions, strict about numbers:
  * a NaN, a negative mass or an id used twice is refused with the particle's id. */
 #include "start_file.h"
+#include "comm.h"
 #include "formats.h"
 #include "h5.h"
 #include "layout.h"
 #include "log.h"
 #include "mem.h"
-#include "sort.h"
+#include "ranks.h"
+#include "start_check.h"
 #include "start_cosmology.h"
-#include <float.h>
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-/* Rows of a group without ids. */
-struct unnumbered { struct species *table; int64_t first, n; };
+/* The rows of a group that are read here: rows [first, first + n) of the species, from the group's row `skip` on, of `all`. */
+struct part { int64_t first, n, skip, all; };
+/* Of a group without ids. */
+struct unnumbered { struct species *table; struct part part; };
 
 struct reader {
     struct sim *sim;
@@ -29,9 +32,10 @@ struct reader {
     uint64_t shift;             /* added to ids */
     double mass_table[LAYOUT_TYPES], count[LAYOUT_TYPES];
     struct unnumbered unnumbered[LAYOUT_TYPES];
+    int64_t before[N_SPECIES];  /* rows of each species in the groups so far */
 };
 
-struct group { struct reader *reader; struct species *table; int type; int64_t first, n; };
+struct group { struct reader *reader; struct species *table; int type; struct part part; };
 
 /* Spellings met in files of GADGET, AREPO, GIZMO and SWIFT; the first is the column's own. */
 static const char *const spellings[][3] = {
@@ -178,13 +182,15 @@ static bool is_read(int column)
     return *column_table[column].file_name && column_table[column].lifetime == KEEP && column != COLUMN_acc;
 }
 
+static struct h5_part part_of(const struct group *g) { return (struct h5_part){g->part.all, g->part.skip, g->part.n}; }
+
 static void read_column(const struct group *g, enum column column)
 {
     const struct column_info *info = &column_table[column];
     const struct reader *r = g->reader;
     char path[100];
     if (!find(g, info->file_name, path)) return;
-    char *values = (char *)species_column(g->table, column) + (size_t)g->first * species_row_bytes(column);
+    char *values = (char *)species_column(g->table, column) + (size_t)g->part.first * species_row_bytes(column);
     double factor = column_is_element(column) ? 1
                   : file_factor(r, info->unit) * start_cosmology_factor(&r->cosmology, r->file, path, info->unit);
     if (column == COLUMN_birth && r->cosmology.comoving) {
@@ -193,8 +199,8 @@ static void read_column(const struct group *g, enum column column)
         return;
     }
     if (column == COLUMN_h) factor *= r->swift ? swift_support / 2 : 0.5;
-    if (h5_read(r->file, path, info->element_bytes == 1 ? 'b' : info->kind, g->n, info->components, values))
-        layout_scale(info->kind, values, g->n * info->components, factor);
+    if (h5_read_rows(r->file, path, info->element_bytes == 1 ? 'b' : info->kind, part_of(g), info->components, values))
+        layout_scale(info->kind, values, g->part.n * info->components, factor);
 }
 
 /* What a file may give in another way: masses in the header, ids not at all, u as a temperature. */
@@ -205,33 +211,55 @@ static void fill_missing(const struct group *g)
     char path[100];
     double mass = r->mass_table[g->type] * r->unit.mass * start_cosmology_factor(&r->cosmology, r->file, NULL, "M");
     double kelvin = layout_kelvin(r->sim);
+    const int64_t first = g->part.first, end = first + g->part.n;
     if (!find(g, "Masses", path)) {
         if (mass == 0)
             problems_add(&r->sim->problems, "%s: PartType%d has neither Masses nor an entry in MassTable",
                          r->path, g->type);
-        for (int64_t i = g->first; i < g->first + g->n; i++) table->mass[i] = mass;
+        for (int64_t i = first; i < end; i++) table->mass[i] = mass;
     }
     for (int c = FIRST_ELEMENT; c < END_ELEMENTS; c++) {    /* fractions become masses */
         double *element = species_column(table, c);
-        for (int64_t i = g->first; element && i < g->first + g->n; i++) element[i] *= table->mass[i];
+        for (int64_t i = first; element && i < end; i++) element[i] *= table->mass[i];
     }
     if (!find(g, "ParticleIDs", path)) {
         log_line("%s: PartType%d has no ParticleIDs: numbered in the file's order", r->path, g->type);
-        r->unnumbered[g->type] = (struct unnumbered){table, g->first, g->n};
+        r->unnumbered[g->type] = (struct unnumbered){table, g->part};
     }
     if (!find(g, "Velocities", path))
         log_line("%s: PartType%d has no Velocities: at rest", r->path, g->type);
     if (g->type == LAYOUT_HOLES && table->hole && !find(g, "BlackHole", path))
-        memset(table->hole + g->first, 1, (size_t)g->n);
+        memset(table->hole + first, 1, (size_t)g->part.n);
     if (table->kind != GAS || !table->u || find(g, "InternalEnergy", path)) return;
-    float *u = table->u + g->first;
+    float *u = table->u + first;
     if (kelvin == 0 || !find(g, "Temperature", path))
         problems_add(&r->sim->problems, "%s: PartType%d has no InternalEnergy%s", r->path, g->type,
                      kelvin == 0 ? "" : " and no Temperature");
-    else if (h5_read(r->file, path, 'f', g->n, 1, u)) {
-        for (int64_t i = 0; i < g->n; i++) u[i] = (float)((double)u[i] / kelvin);
-        r->with_kelvin += g->n;
+    else if (h5_read_rows(r->file, path, 'f', part_of(g), 1, u)) {
+        for (int64_t i = 0; i < g->part.n; i++) u[i] = (float)((double)u[i] / kelvin);
+        r->with_kelvin += g->part.all;
     }
+}
+
+/* Room for the rows of a group, and which of them are read here. */
+static void make_room(struct group *g)
+{
+    struct species *table = g->table;
+    struct part *part = &g->part;
+    int64_t *before = &g->reader->before[table->kind];
+    if (g->reader->sim->spread) {
+        const int64_t from = *before > table->own ? *before : table->own, own_end = table->own + table->n_own;
+        const int64_t end = *before + part->all < own_end ? *before + part->all : own_end;
+        part->n = end > from ? end - from : 0;
+        part->first = part->n > 0 ? from : table->own;
+        part->skip = part->n > 0 ? from - *before : 0;
+    } else {
+        part->first = table->n;
+        part->n = part->all;
+        species_reserve(table, table->n + part->n);
+        table->n = table->n_own = table->n + part->n;
+    }
+    *before += part->all;
 }
 
 static void read_group(struct reader *r, int type)
@@ -242,36 +270,60 @@ static void read_group(struct reader *r, int type)
     snprintf(path, sizeof path, "PartType%d", type);
     g.table = &r->sim->species[group_species(r->file, path, type)];
     bool there = find(&g, "Coordinates", path);
-    if (!there || !h5_shape(r->file, path, &g.n, &components)) {
+    if (!there || !h5_shape(r->file, path, &g.part.all, &components)) {
         problems_add(&r->sim->problems, "%s: PartType%d has %s", r->path, type,
                      there ? "Coordinates that are not a table of rows" : "no Coordinates");
         return;
     }
-    if (r->count[type] >= 0 && r->count[type] != (double)g.n)
+    if (r->count[type] >= 0 && r->count[type] != (double)g.part.all)
         problems_add(&r->sim->problems, "%s: Header promises %.0f rows of PartType%d, Coordinates has %" PRId64
-                     ": the file is not whole; write it anew", r->path, r->count[type], type, g.n);
-    static const enum column always[] = {COLUMN_pos, COLUMN_vel, COLUMN_mass, COLUMN_id};
-    for (int i = 0; i < 4; i++) species_need(g.table, always[i]);
-    g.first = g.table->n;
-    species_reserve(g.table, g.first + g.n);
-    g.table->n = g.table->n_own = g.first + g.n;
+                     ": the file is not whole; write it anew", r->path, r->count[type], type, g.part.all);
+    make_room(&g);
     for (int c = 0; c < N_COLUMNS; c++)
         if (is_read(c) && species_has(g.table, c)) read_column(&g, c);
-    for (int64_t i = g.first; i < g.first + g.n; i++) g.table->id[i] += r->shift;
+    for (int64_t i = g.part.first; i < g.part.first + g.part.n; i++) g.table->id[i] += r->shift;
     fill_missing(&g);
     snprintf(path, sizeof path, "PartType%d", type);
     h5_list(r->file, path, note_unused, &g);
-    log_line("%s: %" PRId64 " rows of PartType%d are %s", r->path, g.n, type, species_names[g.table->kind]);
+    log_line("%s: %" PRId64 " rows of PartType%d are %s", r->path, g.part.all, type, species_names[g.table->kind]);
+}
+
+/* Of spread rows each rank reads an equal part of every species, in the file's order. */
+static void share_out(struct reader *r)
+{
+    int64_t rows[N_SPECIES] = {0};
+    const int64_t size = comm_size(), rank = comm_rank();
+    for (int t = 0; t < LAYOUT_TYPES; t++) {
+        char path[100];
+        int64_t all;
+        int components;
+        struct group g = {.reader = r, .type = t};
+        snprintf(path, sizeof path, "PartType%d", t);
+        if (!h5_exists(r->file, path)) continue;
+        const enum species_kind kind = group_species(r->file, path, t);
+        if (find(&g, "Coordinates", path) && h5_shape(r->file, path, &all, &components)) rows[kind] += all;
+    }
+    for (int s = 0; s < N_SPECIES; s++) {
+        const int64_t from = rows[s] * rank / size;
+        if (rows[s] > 0) species_reserve_part(&r->sim->species[s], rows[s], from, rows[s] * (rank + 1) / size - from);
+    }
 }
 
 /* Rows without ids get the numbers after the largest that the file gives, in the file's order. */
 static void number_rows(struct reader *r)
 {
     uint64_t last = 0;
+    int64_t *of_rank = mem_array("files", int64_t, comm_size());
     for_species(r->sim, table)
-        for (int64_t i = 0; i < table->n; i++) last = table->id[i] > last ? table->id[i] : last;
-    for (int t = 0; t < LAYOUT_TYPES; t++)
-        for (int64_t i = 0; i < r->unnumbered[t].n; i++) r->unnumbered[t].table->id[r->unnumbered[t].first + i] = ++last;
+        for (int64_t i = species_from(table); i < species_to(table); i++) last = table->id[i] > last ? table->id[i] : last;
+    if (r->sim->spread) comm_gather_counts((int64_t)last, of_rank);
+    for (int k = 0; k < comm_size() && r->sim->spread; k++) last = (uint64_t)of_rank[k] > last ? (uint64_t)of_rank[k] : last;
+    for (int t = 0; t < LAYOUT_TYPES; t++) {
+        const struct unnumbered *u = &r->unnumbered[t];
+        for (int64_t i = 0; i < u->part.n; i++) u->table->id[u->part.first + i] = last + 1 + (uint64_t)(u->part.skip + i);
+        last += (uint64_t)u->part.all;
+    }
+    mem_free(of_rank);
 }
 
 void start_file_need_all(struct sim *sim, const char *path)
@@ -290,81 +342,6 @@ void start_file_need_all(struct sim *sim, const char *path)
     h5_close(reader.file);
 }
 
-/* --- numbers --- */
-
-static double component(const struct species *table, enum column column, int64_t index)
-{
-    const void *values = species_column(table, column);
-    return column_table[column].kind == 'd' ? ((const double *)values)[index] : (double)((const float *)values)[index];
-}
-
-/* Beyond this the square of a position or a velocity leaves single precision. */
-static const double largest = 1e18;
-
-/* Names the first row whose number is not finite or outside [least, most]. */
-static void check_column(struct reader *r, const struct species *table, enum column column, double least, double most)
-{
-    if (!species_column(table, column)) return;
-    const struct column_info *info = &column_table[column];
-    int64_t wrong = 0, first = -1;
-    for (int64_t i = 0; i < table->n * info->components; i++) {
-        double value = component(table, column, i);
-        if (isfinite(value) && value >= least && value <= most) continue;
-        if (wrong++ == 0) first = i;
-    }
-    if (wrong == 0) return;
-    char more[40] = "";
-    double value = component(table, column, first);
-    if (wrong > 1) snprintf(more, sizeof more, " (and %" PRId64 " more)", wrong - 1);
-    bool large = isfinite(value) && fabs(value) > most;
-    problems_add(&r->sim->problems, "%s: %s particle %" PRIu64 " has %s = %g%s: %s", r->path, species_names[table->kind],
-                 table->id[first / info->components], info->file_name, value, more,
-                 large ? "too much for the scene's units: choose larger ones" : "correct it in the file, or leave the row out");
-}
-
-static void check_ids(struct reader *r)
-{
-    int64_t total = 0, at = 0;
-    for_species(r->sim, table) total += table->n;
-    uint64_t *key = mem_array("files", uint64_t, total);
-    int32_t *kind = mem_array("files", int32_t, total);
-    for_species(r->sim, table)
-        for (int64_t i = 0; i < table->n; i++, at++) {
-            key[at] = table->id[i];
-            kind[at] = (int32_t)table->kind;
-        }
-    sort_keys(key, kind, total);
-    int64_t wrong = 0, first = 0;
-    for (int64_t i = 1; i < total; i++)
-        if (key[i] == key[i - 1] && wrong++ == 0) first = i;
-    if (wrong > 0)
-        problems_add(&r->sim->problems, "%s: the id %" PRIu64 " is used twice (%s and %s), as are %" PRId64
-                     " more: ids must be unique over all species", r->path, key[first],
-                     species_names[kind[first - 1]], species_names[kind[first]], wrong - 1);
-    mem_free(key);
-    mem_free(kind);
-}
-
-static void check_rows(struct reader *r)
-{
-    double mass = 0;
-    for_species(r->sim, table) {
-        check_column(r, table, COLUMN_pos, -largest, largest);
-        check_column(r, table, COLUMN_vel, -largest, largest);
-        check_column(r, table, COLUMN_mass, table->kind == GAS ? DBL_MIN : 0, INFINITY);
-        check_column(r, table, COLUMN_u, 0, INFINITY);
-        check_column(r, table, COLUMN_h, 0, largest);
-        if (table->kind == GAS && r->with_kelvin > 0 && r->with_kelvin < table->n)
-            problems_add(&r->sim->problems, "%s: some gas has InternalEnergy, some only Temperature: give all the same",
-                         r->path);
-        for (int c = FIRST_ELEMENT; c < END_ELEMENTS; c++) check_column(r, table, c, 0, INFINITY);
-        for (int64_t i = 0; i < table->n; i++) mass += table->mass[i];
-    }
-    if (mass == 0)
-        problems_add(&r->sim->problems, "%s: all masses are 0: give the rows Masses, or the Header a MassTable", r->path);
-    check_ids(r);
-}
-
 void start_file_read(struct sim *sim, const char *path) { start_file_add(sim, path, 0); }
 
 void start_file_add(struct sim *sim, const char *path, uint64_t shift)
@@ -373,7 +350,12 @@ void start_file_add(struct sim *sim, const char *path, uint64_t shift)
     reader.with_kelvin = sim->kelvin ? sim->species[GAS].n : 0;
     int64_t rows = 0;
     int problems = sim->problems.count;
+    char *wrong = NULL;
+    static const enum column always[] = {COLUMN_pos, COLUMN_vel, COLUMN_mass, COLUMN_id};
+    for (int s = 0; s < N_SPECIES; s++)
+        for (int i = 0; i < 4; i++) species_need(&sim->species[s], always[i]);
     if (!h5_error(reader.file)) read_header(&reader);
+    if (!h5_error(reader.file) && sim->spread) share_out(&reader);
     for (int t = 0; t < LAYOUT_TYPES && sim->problems.count == problems; t++) {
         char group[20];
         snprintf(group, sizeof group, "PartType%d", t);
@@ -383,13 +365,14 @@ void start_file_add(struct sim *sim, const char *path, uint64_t shift)
                          "the file is not whole; write it anew", path, reader.count[t], t);
     }
     for_species(sim, table) rows += table->n;
-    if (h5_error(reader.file))
-        problems_add(&sim->problems, "%s %s", path, h5_error(reader.file));
-    else if (rows == 0 && sim->problems.count == problems)
+    if (h5_error(reader.file)) wrong = mem_format("messages", "%s %s", path, h5_error(reader.file));
+    ranks_tell(sim, wrong);
+    mem_free(wrong);
+    if (rows == 0 && sim->problems.count == problems)
         problems_add(&sim->problems, "%s holds no particles", path);
     if (sim->problems.count == problems) {
         number_rows(&reader);
-        check_rows(&reader);
+        start_check_rows(&(struct start_rows){sim, path, reader.with_kelvin});
     }
     sim->kelvin = reader.with_kelvin > 0;
     h5_close(reader.file);
