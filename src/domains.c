@@ -4,7 +4,9 @@
  * enough not to be cut. So the work of any number of rows is divided to within such a cell, by a few short sums.
  *
  * A cell of the octree that holds such an end has more rows than largest_group, and is split: the topmost cells of the
- * ranks, which lie between the ends, are cells of the one octree that the keys imply (after Warren & Salmon 1993). */
+ * ranks, which lie between the ends, are cells of the one octree that the keys imply (after Warren & Salmon 1993).
+ *
+ * Domains stay as they are where to move rows costs more than the evener work saves. */
 #include "comm.h"
 #include "mem.h"
 #include "ranks.h"
@@ -20,10 +22,12 @@ static place_t place_of(struct key key) { return (place_t)key.high << 63 | key.l
 static struct key key_of(place_t place)
 { return (struct key){(uint64_t)(place >> 63), (uint64_t)place & (((uint64_t)1 << 63) - 1)}; }
 
-struct domains { place_t *start; };     /* of each rank; the last is the end of all */
+/* start: of each rank; the last is the end of all. corner, side: of the cube whose keys they are. */
+struct domains { place_t *start; double corner[3], side; };
 
 void domains_free(struct domains *domains)
 {
+    if (!domains) return;
     mem_free(domains->start);
     mem_free(domains);
 }
@@ -80,10 +84,13 @@ static void go_down(struct cut *cut, const int64_t sums[16], int32_t ends[8][N_S
     cut->low += (place_t)o << (PLACE_BITS - 3 * cut->level);
 }
 
+/* Cells of so many rows are not cut. */
+static int64_t least_cut(const struct cells *b)
+{ return b->tree->largest_group > RANKS_ATOM ? b->tree->largest_group : RANKS_ATOM; }
+
 static bool is_small(const struct cells *b, const struct cut *cut)
 {
-    const int64_t least = b->tree->largest_group > RANKS_ATOM ? b->tree->largest_group : RANKS_ATOM;
-    return cut->rows <= least || cut->level == KEY_LEVELS;
+    return cut->rows <= least_cut(b) || cut->level == KEY_LEVELS;
 }
 
 /* The ends of all domains but the last: size - 1 cells of which each is to be cut off before or behind. */
@@ -125,12 +132,13 @@ static struct cut *find_cuts(const struct cells *b, int64_t *const work[N_SPECIE
     return cut;
 }
 
-static struct domains *choose_domains(const struct cells *b)
+static struct domains *even_domains(const struct cells *b, int64_t *const work[N_SPECIES])
 {
     const int size = comm_size();
     struct domains *domains = mem_alloc("ranks", sizeof *domains);
-    int64_t *work[N_SPECIES] = {NULL}, total;
-    for_species(b->sim, s) work[s->kind] = work_before(s);
+    int64_t total;
+    domains->side = b->tree->side;
+    memcpy(domains->corner, b->tree->corner, sizeof domains->corner);
     struct cut *cut = find_cuts(b, work, &total);
     domains->start = mem_array("ranks", place_t, size + 1);
     domains->start[size] = (place_t)1 << PLACE_BITS;
@@ -138,7 +146,6 @@ static struct domains *choose_domains(const struct cells *b)
         const bool behind = (double)total * (c + 1) / size - (double)cut[c].before >= 0.5 * (double)cut[c].work;
         domains->start[c + 1] = cut[c].low + (behind ? (place_t)1 << (PLACE_BITS - 3 * cut[c].level) : 0);
     }
-    for (int s = 0; s < N_SPECIES; s++) mem_free(work[s]);
     mem_free(cut);
     return domains;
 }
@@ -153,6 +160,77 @@ static int64_t row_at(const struct cells *b, const struct species *s, place_t pl
         else to = middle;
     }
     return from;
+}
+
+/* Own rows, of all species, from one place to another. */
+static int64_t rows_between(const struct cells *b, place_t from, place_t to)
+{
+    int64_t rows = 0;
+    for_species(b->sim, s) rows += row_at(b, s, to) - row_at(b, s, from);
+    return rows;
+}
+
+/* Whether the domains of the last build may stay: of the same cube, and every cell through which they are cut still has too
+ * many rows for a group. */
+static bool may_stay(const struct cells *b, const struct domains *old)
+{
+    if (!old || old->side != b->tree->side || memcmp(old->corner, b->tree->corner, sizeof old->corner) != 0) return false;
+    const int cuts = comm_size() - 1;
+    const place_t end = (place_t)1 << PLACE_BITS;
+    int64_t *rows = mem_array("ranks", int64_t, cuts);
+    bool fine = true;
+    for (int c = 0; c < cuts; c++) {
+        const place_t place = old->start[c + 1];
+        place_t side = 8;               /* of the smallest cell within which the place lies */
+        while (side < end && place % side == 0) side <<= 3;
+        rows[c] = place % side == 0 ? INT32_MAX : rows_between(b, place / side * side, place / side * side + side);
+    }
+    comm_sum_int(rows, cuts);
+    for (int c = 0; c < cuts; c++) fine = fine && rows[c] > least_cut(b);
+    mem_free(rows);
+    return fine;
+}
+
+/* Adds up the own rows' work by the domains that they lie in. */
+static void add_work(const struct cells *b, const struct domains *domains, int64_t *const work[N_SPECIES], int64_t *sum)
+{
+    for_species(b->sim, s)
+        for (int r = 0; r < comm_size(); r++)
+            sum[r] += work[s->kind][row_at(b, s, domains->start[r + 1]) - s->own]
+                    - work[s->kind][row_at(b, s, domains->start[r]) - s->own];
+}
+
+/* Whether the busiest rank saves more by the new domains than rows cost that move. */
+static bool move_pays(const struct cells *b, const struct domains *old, const struct domains *new, int64_t *const work[N_SPECIES])
+{
+    enum { MOVES = 10 };    /* rows that move for the cost of one update: 0.3 of its 3 microseconds at least */
+    const int size = comm_size();
+    int64_t *sum = mem_array("ranks", int64_t, 2 * size + 1), most[2] = {0};
+    add_work(b, old, work, sum);
+    add_work(b, new, work, sum + size);
+    for (int r = 1; r < size; r++) {
+        const int64_t rows = rows_between(b, old->start[r], new->start[r]);
+        sum[2 * size] += rows < 0 ? -rows : rows;
+    }
+    comm_sum_int(sum, 2 * size + 1);
+    for (int k = 0; k < 2 * size; k++) most[k / size] = sum[k] > most[k / size] ? sum[k] : most[k / size];
+    const bool pays = (most[0] - most[1]) * MOVES > sum[2 * size];
+    mem_free(sum);
+    return pays;
+}
+
+static void choose_domains(struct cells *b)
+{
+    struct domains **domains = &b->sim->domains;
+    int64_t *work[N_SPECIES] = {NULL};
+    for_species(b->sim, s) work[s->kind] = work_before(s);
+    struct domains *new = even_domains(b, work);
+    const bool stay = may_stay(b, *domains) && !move_pays(b, *domains, new, work);
+    domains_free(stay ? new : *domains);
+    if (!stay) *domains = new;
+    b->sim->domains_kept += stay;
+    b->sim->domains_moved += !stay;
+    for (int s = 0; s < N_SPECIES; s++) mem_free(work[s]);
 }
 
 /* What goes to each rank, and comes from each. */
@@ -197,11 +275,10 @@ static void exchange_species(struct cells *b, struct species *s, const struct do
     mem_free(room);
 }
 
-struct domains *domains_exchange(struct cells *b)
+void domains_exchange(struct cells *b)
 {
-    struct domains *domains = choose_domains(b);
-    for_species(b->sim, s) exchange_species(b, s, domains);
-    return domains;
+    choose_domains(b);
+    for_species(b->sim, s) exchange_species(b, s, b->sim->domains);
 }
 
 /* A topmost cell of a rank: its first and its last key, and how many rows. */
@@ -309,10 +386,10 @@ static void make_node(struct tree *tree, const struct tops *tops, int32_t n, int
     for (int k = 0; k < children; k++) make_node(tree, tops, first + k, start[k], start[k + 1]);
 }
 
-void domains_tops(struct cells *b, struct domains *domains)
+void domains_tops(struct cells *b)
 {
     struct tree *tree = b->tree;
-    struct tops tops = gather_tops(b, domains);
+    struct tops tops = gather_tops(b, b->sim->domains);
     struct node root = {.parent = -1, .child = -1};
     for (int s = 0; s < N_SPECIES; s++) root.count[s] = (int32_t)b->sim->species[s].n;
     if (tops.n > 0) {

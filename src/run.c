@@ -117,6 +117,9 @@ static void summary(const struct sim *sim, const struct leg *before)
              "largest energy error %.2e", (long long)sim->steps, (long long)sim->updates, sum[0],
              1e6 * sum[0] / (double)(updates ? updates : 1), sum[1] / 1e6, comm_size() > 1 ? "es" : "", sum[2] / 1e6,
              output->energy.worst);
+    if (sim->spread)
+        log_line("domains: moved at %lld builds of the tree, kept at %lld, where that was cheaper",
+                 (long long)sim->domains_moved, (long long)sim->domains_kept);
     if (before->updates > 0) log_line("%lld of the updates since the run went on, in these CPU s", (long long)updates);
     steps_log_gain(sim);
 }

@@ -9,6 +9,7 @@
 #include "module.h"
 #include "profile.h"
 #include "start.h"
+#include "tree_cells.h"
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
@@ -297,6 +298,7 @@ void sim_free(struct sim *sim)
     device_close(sim->device);
     tree_free(&sim->tree);
     ghosts_free(sim->ghosts);
+    domains_free(sim->domains);
     start_free(sim->start);
     scene_free(sim->scene);
     profile_free(sim->profile);

@@ -19,6 +19,7 @@ struct profile;
 struct device;
 struct start;
 struct ghosts;
+struct domains;
 
 struct use { const struct module *module; void *state; };   /* a module of this scene */
 struct call { int hook, use; };                             /* one entry of the step */
@@ -57,6 +58,8 @@ struct sim {
     bool spread;            /* every rank holds its own rows, and others' where it asked for them (ghosts.h); else it holds all */
     const char *whole;      /* why every rank must hold all rows; NULL: no reason */
     struct ghosts *ghosts;
+    struct domains *domains;            /* of the last build (tree_cells.h); builds at which they moved, and were kept */
+    int64_t domains_moved, domains_kept;
     int64_t ending;         /* rows of all ranks whose step ends now */
     int64_t unsorted;       /* updates of rows, of all ranks, since the tree was built */
     bool rebuild_next;      /* the tree is rebuilt at the next step in any case (after a checkpoint) */

@@ -241,13 +241,12 @@ static void split_all(struct cells *b)
 /* Rows go to the ranks of their domains and into order there. */
 static void split_own(struct cells *b)
 {
-    struct domains *domains = domains_exchange(b);
+    domains_exchange(b);
     for_species(b->sim, s) {
         mem_free(b->high[s->kind]);
         sort_species(b, s);
     }
-    domains_tops(b, domains);
-    domains_free(domains);
+    domains_tops(b);
     b->tree->n_top = b->tree->n_nodes;
     for (int32_t n = 0; n < b->tree->n_top; n++)
         if (b->tree->node[n].place == NODE_OWN) split(b, n);

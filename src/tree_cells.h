@@ -31,11 +31,12 @@ int32_t tree_cells_add(struct tree *tree, int32_t count);
 /* Level at which keys between these two first lie in different octants; beyond KEY_LEVELS if never. */
 int tree_cells_level(struct key first, struct key last);
 
-/* domains.c. Sends every row to the rank in whose domain its key lies: work is even among ranks, and no cell with
- * less than largest_group rows is cut. Rows are in key order before; after it, those from each rank are. */
+/* domains.c. Sends every row to the rank in whose domain (sim->domains) its key lies: work is even among ranks, or nearly so
+ * where that is cheaper, and no cell with less than largest_group rows is cut. Rows are in key order before; after it, those
+ * from each rank are. */
 struct domains;
-struct domains *domains_exchange(struct cells *cells);
+void domains_exchange(struct cells *cells);
 /* The cells that hold rows of several ranks and, below these, each rank's topmost cells with their row ranges. */
-void domains_tops(struct cells *cells, struct domains *domains);
+void domains_tops(struct cells *cells);
 void domains_free(struct domains *domains);
 #endif
