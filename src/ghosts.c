@@ -4,7 +4,7 @@
  * A reply is, for each wanted cell in turn, a byte that says what follows: the records of its children, then the same for
  * each of them; and its rows, column by column. Both sides note what was sent in the order in which it was, so that what
  * has changed can be sent again without saying which cells and rows it is of. */
-#include "ghosts.h"
+#include "ghosts_private.h"
 #include "comm.h"
 #include "mem.h"
 #include "sim.h"
@@ -20,30 +20,22 @@ enum { CHILDREN_FOLLOW = 1, ROWS_FOLLOW = 2 };
 static const uint64_t shared = MOTION | BIT(u) | BIT(du) | BIT(h) | BIT(rho) | BIT(balsara) | BIT(omega) | BIT(div_v)
                              | BIT(next_rung);
 
-/* A message, growing. */
-struct buffer { char *data; size_t n, capacity; };
-
-static void *put(struct buffer *b, size_t bytes)
+void ghosts_put(struct buffer *b, const void *from, size_t bytes)
 {
+    if (bytes == 0) return;
     if (b->n + bytes > b->capacity) {
         b->capacity = b->n + bytes + b->capacity / 2 + 4096;
         b->data = mem_resize("ranks", b->data, b->capacity);
     }
+    memcpy(b->data + b->n, from, bytes);
     b->n += bytes;
-    return b->data + b->n - bytes;
 }
 
-static void put_from(struct buffer *b, const void *from, size_t bytes) { if (bytes > 0) memcpy(put(b, bytes), from, bytes); }
-
-static void take(const char **from, void *to, size_t bytes)
+void ghosts_take(const char **from, void *to, size_t bytes)
 {
     if (bytes > 0) memcpy(to, *from, bytes);
     *from += bytes;
 }
-
-/* Rows [first, first + n) of a species; cells [first, first + n). */
-struct span { int32_t kind, first, n; };
-struct spans { struct span *span; int64_t n, capacity; };
 
 static void note(struct spans *list, struct span span)
 {
@@ -54,32 +46,20 @@ static void note(struct spans *list, struct span span)
     list->span[list->n++] = span;
 }
 
-/* Exchanged with one rank since the last closing: rows with all that is shared, and cells. */
-struct peer { struct spans rows_out, rows_in, cells_out, cells_in; };
-
-struct wish { int32_t node; bool rows; struct ghost_want want; };
-struct asked { int32_t there; bool rows; struct ghost_want want; };
-
-/* Of a cell that is away: whose it is, its number there, and which of its rows' columns are here. */
-struct away { int32_t owner, there; int8_t rows; };
-
-struct ghosts {
-    struct peer *peer;          /* one a rank */
-    struct wish *wish;
-    int64_t n_wishes, wishes_room;
-    struct away *away;          /* one a cell */
-    int32_t away_room;
-    bool used;                  /* something was opened since the last forgetting */
-    struct ghost_counts counts;
-};
-
-static struct ghosts *ghosts_of(struct sim *sim)
+struct ghosts *ghosts_of(struct sim *sim)
 {
     if (!sim->ghosts) {
         sim->ghosts = mem_alloc("ranks", sizeof *sim->ghosts);
         sim->ghosts->peer = mem_array("ranks", struct peer, comm_size());
     }
     return sim->ghosts;
+}
+
+void ghosts_reserve_away(struct ghosts *g, const struct tree *tree)
+{
+    if (tree->capacity <= g->away_room) return;
+    g->away_room = tree->capacity;
+    g->away = mem_resize("ranks", g->away, (size_t)g->away_room * sizeof *g->away);
 }
 
 struct ghost_counts ghosts_counts(const struct sim *sim)
@@ -102,14 +82,9 @@ void ghosts_free(struct ghosts *g)
     forget_wishes(g);
     mem_free(g->peer);
     mem_free(g->away);
+    mem_free(g->top);
+    mem_free(g->top_from);
     mem_free(g);
-}
-
-static void reserve_away(struct ghosts *g, const struct tree *tree)
-{
-    if (tree->capacity <= g->away_room) return;
-    g->away_room = tree->capacity;
-    g->away = mem_resize("ranks", g->away, (size_t)g->away_room * sizeof *g->away);
 }
 
 /* --- asking --- */
@@ -180,10 +155,10 @@ static double gap2(const struct node *node, const double low[3], const double hi
 static double domain_gap2(const struct sim *sim, const struct node *node, int owner, double enough)
 {
     double least = INFINITY;
-    for (int32_t n = 0; n < sim->tree.n_top && least > enough; n++) {
-        const struct node *top = &sim->tree.node[n];
+    const struct ghosts *g = sim->ghosts;
+    for (int32_t t = g->top_from[owner]; t < g->top_from[owner + 1] && least > enough; t++) {
+        const struct node *top = &sim->tree.node[g->top[t]];
         double low[3], high[3];
-        if (top->place != NODE_AWAY || sim->ghosts->away[n].owner != owner) continue;
         for (int k = 0; k < 3; k++) {
             low[k] = top->pos[k] + (double)top->low[k];
             high[k] = top->pos[k] + (double)top->high[k];
@@ -203,10 +178,10 @@ static bool is_likely(const struct sim *sim, const struct node *node, int to, co
 
 static void put_node(const struct tree *tree, int32_t n, struct buffer *out)
 {
-    put_from(out, &tree->node[n], sizeof tree->node[n]);
+    ghosts_put(out, &tree->node[n], sizeof tree->node[n]);
     for (int c = 0; c < N_NODE_COLUMNS; c++) {
         const size_t bytes = tree_node_bytes(tree, c);
-        if (bytes > 0) put_from(out, (const char *)tree_column(tree, c) + (size_t)n * bytes, bytes);
+        if (bytes > 0) ghosts_put(out, (const char *)tree_column(tree, c) + (size_t)n * bytes, bytes);
     }
 }
 
@@ -215,7 +190,7 @@ static void put_rows(const struct species *s, uint64_t columns, int32_t first, i
     for (int c = 0; c < N_COLUMNS; c++) {
         const size_t row = species_row_bytes(c);
         if (columns >> c & 1 && species_has(s, c))
-            put_from(out, (const char *)species_column(s, c) + (size_t)first * row, (size_t)n * row);
+            ghosts_put(out, (const char *)species_column(s, c) + (size_t)first * row, (size_t)n * row);
     }
 }
 
@@ -243,11 +218,11 @@ static void send_cell(struct sim *sim, int32_t n, int to, const struct asked *as
     if (surely) follows = asked->rows ? ROWS_FOLLOW : CHILDREN_FOLLOW;
     else if (is_likely(sim, node, to, &asked->want))
         follows = !ends ? CHILDREN_FOLLOW : asked->want.rows > GHOST_NONE ? ROWS_FOLLOW : 0;
-    put_from(out, &follows, 1);
+    ghosts_put(out, &follows, 1);
     if (follows & CHILDREN_FOLLOW) {
         const int32_t first = node->child, children = node->n_children;
         for (int32_t k = 0; k < children; k++) put_node(tree, first + k, out);
-        for (int32_t k = first; k < first + children; k++) put_from(out, &k, sizeof k);
+        for (int32_t k = first; k < first + children; k++) ghosts_put(out, &k, sizeof k);
         note(&sim->ghosts->peer[to].cells_out, (struct span){0, first, children});
         for (int32_t k = 0; k < children; k++) send_cell(sim, first + k, to, asked, false, out);
     }
@@ -258,10 +233,10 @@ static void send_cell(struct sim *sim, int32_t n, int to, const struct asked *as
 
 static void take_node(struct tree *tree, int32_t n, const char **from)
 {
-    take(from, &tree->node[n], sizeof tree->node[n]);
+    ghosts_take(from, &tree->node[n], sizeof tree->node[n]);
     for (int c = 0; c < N_NODE_COLUMNS; c++) {
         const size_t bytes = tree_node_bytes(tree, c);
-        if (bytes > 0) take(from, (char *)tree_column(tree, c) + (size_t)n * bytes, bytes);
+        if (bytes > 0) ghosts_take(from, (char *)tree_column(tree, c) + (size_t)n * bytes, bytes);
     }
 }
 
@@ -271,7 +246,7 @@ static void take_rows(struct species *s, uint64_t columns, int32_t first, int32_
     for (int c = 0; c < N_COLUMNS; c++) {
         const size_t row = species_row_bytes(c);
         if (columns >> c & 1 && species_has(s, c))
-            take(from, (char *)species_column(s, c) + (size_t)first * row, (size_t)n * row);
+            ghosts_take(from, (char *)species_column(s, c) + (size_t)first * row, (size_t)n * row);
     }
 }
 
@@ -294,7 +269,7 @@ static void receive_children(struct sim *sim, int32_t n, int owner, const char *
     struct ghosts *g = sim->ghosts;
     const int32_t first = tree->n_nodes, children = tree->node[n].n_children;
     tree_reserve(tree, first + children);
-    reserve_away(g, tree);
+    ghosts_reserve_away(g, tree);
     tree->n_nodes += children;
     for (int32_t k = 0; k < children; k++) {
         struct node *node = &tree->node[first + k];
@@ -304,7 +279,7 @@ static void receive_children(struct sim *sim, int32_t n, int owner, const char *
         node->place = NODE_AWAY;
         node->child = -1;
     }
-    for (int32_t k = 0; k < children; k++) take(from, &g->away[first + k].there, sizeof g->away[0].there);
+    for (int32_t k = 0; k < children; k++) ghosts_take(from, &g->away[first + k].there, sizeof g->away[0].there);
     tree->node[n].child = first;
     g->counts.cells += children;
     note(&g->peer[owner].cells_in, (struct span){0, first, children});
@@ -313,7 +288,7 @@ static void receive_children(struct sim *sim, int32_t n, int owner, const char *
 static void receive_cell(struct sim *sim, int32_t n, int owner, enum ghost_rows rows, const char **from)
 {
     unsigned char follows;
-    take(from, &follows, 1);
+    ghosts_take(from, &follows, 1);
     if (follows & CHILDREN_FOLLOW) {
         receive_children(sim, n, owner, from);
         const int32_t first = sim->tree.node[n].child, children = sim->tree.node[n].n_children;
@@ -325,9 +300,10 @@ static void receive_cell(struct sim *sim, int32_t n, int owner, enum ghost_rows 
 /* --- rounds --- */
 
 /* Bytes to and from each rank, and the message that came. */
-static char *exchange(const struct buffer *out, const int64_t *out_bytes, int64_t *in_bytes)
+static char *exchange(struct ghosts *g, const struct buffer *out, const int64_t *out_bytes, int64_t *in_bytes)
 {
     int64_t total = 0;
+    g->counts.bytes += (int64_t)out->n;
     comm_exchange_counts(out_bytes, in_bytes, 1);
     for (int r = 0; r < comm_size(); r++) total += in_bytes[r];
     char *in = mem_alloc("ranks", (size_t)total);
@@ -348,17 +324,17 @@ static int64_t *order_wishes(const struct ghosts *g, int64_t *count)
     return order;
 }
 
-static char *ask(const struct ghosts *g, const int64_t *order, const int64_t *count, int64_t *in_bytes)
+static char *ask(struct ghosts *g, const int64_t *order, const int64_t *count, int64_t *in_bytes)
 {
     struct buffer out = {0};
     int64_t *bytes = mem_array("ranks", int64_t, comm_size());
     for (int64_t k = 0; k < g->n_wishes; k++) {
         const struct wish *wish = &g->wish[order[k]];
         const struct asked asked = {g->away[wish->node].there, wish->rows, wish->want};
-        put_from(&out, &asked, sizeof asked);
+        ghosts_put(&out, &asked, sizeof asked);
     }
     for (int r = 0; r < comm_size(); r++) bytes[r] = count[r] * (int64_t)sizeof(struct asked);
-    char *in = exchange(&out, bytes, in_bytes);
+    char *in = exchange(g, &out, bytes, in_bytes);
     mem_free(out.data);
     mem_free(bytes);
     return in;
@@ -372,12 +348,12 @@ static char *answer(struct sim *sim, const char *asked, const int64_t *asked_byt
         const size_t before = out.n;
         for (int64_t at = 0; at < asked_bytes[r]; at += (int64_t)sizeof(struct asked)) {
             struct asked one;
-            take(&asked, &one, sizeof one);
+            ghosts_take(&asked, &one, sizeof one);
             send_cell(sim, one.there, r, &one, true, &out);
         }
         bytes[r] = (int64_t)(out.n - before);
     }
-    char *in = exchange(&out, bytes, in_bytes);
+    char *in = exchange(sim->ghosts, &out, bytes, in_bytes);
     mem_free(out.data);
     mem_free(bytes);
     return in;
@@ -425,18 +401,18 @@ static void share(struct sim *sim, uint64_t columns, int column)
         for (int64_t k = 0; columns && k < rows->n; k++)
             put_rows(&sim->species[rows->span[k].kind], columns, rows->span[k].first, rows->span[k].n, &out);
         for (int64_t k = 0; column >= 0 && k < cells->n; k++)
-            put_from(&out, (const char *)tree_column(&sim->tree, column) + (size_t)cells->span[k].first * node_bytes,
+            ghosts_put(&out, (const char *)tree_column(&sim->tree, column) + (size_t)cells->span[k].first * node_bytes,
                      (size_t)cells->span[k].n * node_bytes);
         bytes[r] = (int64_t)(out.n - before);
     }
-    char *in = exchange(&out, bytes, in_bytes);
+    char *in = exchange(sim->ghosts, &out, bytes, in_bytes);
     const char *from = in;
     for (int r = 0; r < size; r++) {
         const struct spans *rows = &g->peer[r].rows_in, *cells = &g->peer[r].cells_in;
         for (int64_t k = 0; columns && k < rows->n; k++)
             take_rows(&sim->species[rows->span[k].kind], columns, rows->span[k].first, rows->span[k].n, &from);
         for (int64_t k = 0; column >= 0 && k < cells->n; k++)
-            take(&from, (char *)tree_column(&sim->tree, column) + (size_t)cells->span[k].first * node_bytes,
+            ghosts_take(&from, (char *)tree_column(&sim->tree, column) + (size_t)cells->span[k].first * node_bytes,
                  (size_t)cells->span[k].n * node_bytes);
     }
     mem_free(out.data);
@@ -470,105 +446,4 @@ void ghosts_forget(struct sim *sim)
     ghosts_close(sim);
     for_species(sim, s) if (ghosts_of(sim)->used) species_forget(s);
     ghosts_of(sim)->used = false;
-}
-
-/* --- the topmost cells --- */
-
-/* Whose topmost cells: in key order, so that every rank's follow each other. */
-static char *gather(const struct buffer *own, int64_t *bytes)
-{
-    int64_t before = 0, total = 0;
-    comm_gather_counts((int64_t)own->n, bytes);
-    for (int r = 0; r < comm_size(); r++) {
-        before += r < comm_rank() ? bytes[r] : 0;
-        total += bytes[r];
-    }
-    char *all = mem_alloc("ranks", (size_t)total);
-    if (own->n > 0) memcpy(all + before, own->data, own->n);
-    comm_gather_all(all, bytes);
-    return all;
-}
-
-/* The topmost cells in key order: theirs is the order of the ranks. */
-static int32_t list_tops(const struct tree *tree, int32_t n, int32_t *list, int32_t count)
-{
-    const struct node *node = &tree->node[n];
-    if (node->place != NODE_TOP) {
-        list[count++] = n;
-        return count;
-    }
-    for (int32_t k = 0; k < node->n_children; k++) count = list_tops(tree, node->child + k, list, count);
-    return count;
-}
-
-static void take_top(struct sim *sim, int32_t n, int owner, float *closest, const char **from)
-{
-    struct node *node = &sim->tree.node[n], old = *node;
-    struct ghosts *g = sim->ghosts;
-    const bool own = owner == comm_rank();
-    float least;
-    take(from, node, sizeof *node);
-    take(from, &least, sizeof least);
-    int32_t there;
-    take(from, &there, sizeof there);
-    node->parent = old.parent;
-    node->child = own ? old.child : -1;
-    node->place = own ? NODE_OWN : NODE_AWAY;
-    if (closest) closest[n] = least;
-    if (!own) g->away[n] = (struct away){owner, there, GHOST_NONE};
-}
-
-/* Cells with `moved` alone, unless it is NULL; their places in the list go along. */
-static void share_tops(struct sim *sim, float *closest, bool *moved)
-{
-    struct tree *tree = &sim->tree;
-    struct buffer out = {0};
-    reserve_away(ghosts_of(sim), tree);
-    int64_t *bytes = mem_array("ranks", int64_t, comm_size());
-    int32_t *list = mem_array("ranks", int32_t, tree->n_top), count = list_tops(tree, 0, list, 0);
-    for (int32_t k = 0; k < count; k++) {
-        const int32_t n = list[k];
-        if (tree->node[n].place != NODE_OWN || (moved && !moved[n])) continue;
-        const float least = closest ? closest[n] : 0;
-        put_from(&out, &k, sizeof k);
-        put_from(&out, &tree->node[n], sizeof tree->node[n]);
-        put_from(&out, &least, sizeof least);
-        put_from(&out, &n, sizeof n);
-    }
-    char *all = gather(&out, bytes);
-    const char *from = all;
-    for (int r = 0; r < comm_size(); r++)
-        for (const char *end = from + bytes[r]; from < end;) {
-            int32_t k;
-            take(&from, &k, sizeof k);
-            take_top(sim, list[k], r, closest, &from);
-            if (moved) moved[list[k]] = true;
-        }
-    mem_free(all);
-    mem_free(out.data);
-    mem_free(list);
-    mem_free(bytes);
-}
-
-void ghosts_share_tops(struct sim *sim, float *closest) { share_tops(sim, closest, NULL); }
-void ghosts_share_moved(struct sim *sim, bool *moved) { share_tops(sim, NULL, moved); }
-
-void ghosts_share_top_column(struct sim *sim, enum node_column column)
-{
-    struct tree *tree = &sim->tree;
-    if (tree->n_top == 0) return;
-    const size_t node_bytes = tree_node_bytes(tree, column);
-    char *data = tree_column(tree, column);
-    struct buffer out = {0};
-    int64_t *bytes = mem_array("ranks", int64_t, comm_size());
-    int32_t *list = mem_array("ranks", int32_t, tree->n_top), count = list_tops(tree, 0, list, 0);
-    for (int32_t k = 0; k < count; k++)
-        if (tree->node[list[k]].place == NODE_OWN) put_from(&out, data + (size_t)list[k] * node_bytes, node_bytes);
-    char *all = gather(&out, bytes);
-    const char *from = all;
-    for (int32_t k = 0; k < count; k++) take(&from, data + (size_t)list[k] * node_bytes, node_bytes);
-    mem_free(all);
-    mem_free(out.data);
-    mem_free(list);
-    mem_free(bytes);
 }

@@ -38,8 +38,8 @@ void ghosts_close(struct sim *sim);
 /* And the rows' memory is given back, before the tree is built anew. */
 void ghosts_forget(struct sim *sim);
 void ghosts_free(struct ghosts *ghosts);
-/* Ghost rows and cells that came, rounds of asking, since the start. */
-struct ghost_counts { int64_t cells, rows, rounds; };
+/* Ghost rows and cells that came, rounds of asking, bytes sent for them, and for the topmost cells, since the start. */
+struct ghost_counts { int64_t cells, rows, rounds, bytes, top_bytes; };
 struct ghost_counts ghosts_counts(const struct sim *sim);
 
 /* For tree.c: the topmost cells as their ranks have them, with `closest` of each unless NULL; of those alone that have moved. */

@@ -89,11 +89,13 @@ static struct rank_cost own_cost(const struct sim *sim)
     const struct ghost_counts ghosts = ghosts_counts(sim);
     struct rank_cost cost = {.communication = comm.talk, .wait = comm.wait, .bytes = (double)comm.bytes,
                              .ghost_rows = (double)ghosts.rows, .ghost_cells = (double)ghosts.cells,
-                             .rounds = (double)ghosts.rounds, .memory = (double)mem_peak()};
+                             .rounds = (double)ghosts.rounds, .memory = (double)mem_peak(),
+                             .ghost_bytes = (double)ghosts.bytes, .top_bytes = (double)ghosts.top_bytes};
     for (int c = 0; c < sim->n_call; c++) {
         const struct entry *entry = &sim->profile->entry[c];
-        const bool builds = sim->call[c].hook == HOOK_ARRANGE;
-        *(builds ? &cost.construction : &cost.calculation) += entry->cpu - entry->waited;
+        const int hook = sim->call[c].hook;
+        *(hook == HOOK_ARRANGE ? &cost.construction : hook == HOOK_RECORD ? &cost.record : &cost.calculation)
+            += entry->cpu - entry->waited;
         if (sim->call[c].hook == HOOK_LIMIT && strcmp(sim->use[sim->call[c].use].module->name, "steps") == 0)
             cost.updates = (double)entry->rows;
     }
@@ -101,8 +103,8 @@ static struct rank_cost own_cost(const struct sim *sim)
     return cost;
 }
 
-static const char ranks_head[] = "rank,T_construction [s],T_calculation [s],T_communication [s],T_wait [s],bytes,imbalance,rows,"
-                                 "updates,ghost_rows,ghost_cells,rounds,memory [bytes]\n";
+static const char ranks_head[] = "rank,T_construction [s],T_calculation [s],T_record [s],T_communication [s],T_wait [s],bytes,"
+                                 "imbalance,rows,updates,ghost_rows,ghost_cells,rounds,memory [bytes],ghost_bytes,top_bytes\n";
 
 void profile_write_ranks(const struct sim *sim, const char *path)
 {
@@ -123,9 +125,10 @@ void profile_write_ranks(const struct sim *sim, const char *path)
         fputs(ranks_head, file.stream);
         for (int r = 0; r < size; r++) {
             const struct rank_cost *c = &cost[r];
-            fprintf(file.stream, "%d,%.6f,%.6f,%.6f,%.6f,%.0f,%.4f,%.0f,%.0f,%.0f,%.0f,%.0f,%.0f\n", r, c->construction,
-                    c->calculation, c->communication, c->wait, c->bytes, all > 0 ? most * size / all : 1, c->rows, c->updates,
-                    c->ghost_rows, c->ghost_cells, c->rounds, c->memory);
+            fprintf(file.stream, "%d,%.6f,%.6f,%.6f,%.6f,%.6f,%.0f,%.4f,%.0f,%.0f,%.0f,%.0f,%.0f,%.0f,%.0f,%.0f\n", r,
+                    c->construction, c->calculation, c->record, c->communication, c->wait, c->bytes,
+                    all > 0 ? most * size / all : 1, c->rows, c->updates, c->ghost_rows, c->ghost_cells, c->rounds, c->memory,
+                    c->ghost_bytes, c->top_bytes);
         }
         if (!text_file_close(&file)) fail(STATUS_ENVIRONMENT, "%s: cannot be written: %s", path, strerror(errno));
     }
@@ -145,9 +148,9 @@ struct rank_cost *profile_read_ranks(const char *path, int *ranks)
     while (good && fgets(line, sizeof line, file)) {
         cost = mem_resize("frame", cost, (size_t)(*ranks + 1) * sizeof *cost);
         struct rank_cost *c = &cost[(*ranks)++];
-        good = sscanf(line, "%*d,%lf,%lf,%lf,%lf,%lf,%*f,%lf,%lf,%lf,%lf,%lf,%lf", &c->construction, &c->calculation,
-                      &c->communication, &c->wait, &c->bytes, &c->rows, &c->updates, &c->ghost_rows, &c->ghost_cells, &c->rounds,
-                      &c->memory) == 11;
+        good = sscanf(line, "%*d,%lf,%lf,%lf,%lf,%lf,%lf,%*f,%lf,%lf,%lf,%lf,%lf,%lf,%lf,%lf", &c->construction, &c->calculation,
+                      &c->record, &c->communication, &c->wait, &c->bytes, &c->rows, &c->updates, &c->ghost_rows, &c->ghost_cells,
+                      &c->rounds, &c->memory, &c->ghost_bytes, &c->top_bytes) == 14;
     }
     fclose(file);
     if (!good) {

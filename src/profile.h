@@ -15,11 +15,12 @@ void profile_start(struct profile *profile, int64_t bytes);
 void profile_stop(struct profile *profile, int call, int64_t rows, int64_t bytes);
 /* CPU seconds that an entry of the step took so far. */
 double profile_spent(const struct profile *profile, int call);
-/* What the run costs each rank, so far. CPU seconds but for those spent in waiting: construction (keys, sort, domains, tree) and
- * calculation; seconds by the clock: communication, wait. */
+/* What the run costs each rank, so far. CPU seconds but for those spent in waiting: construction (keys, sort, domains, tree),
+ * calculation, record (energies and files); seconds by the clock: communication, wait. */
 struct rank_cost {
-    double construction, calculation, communication, wait;
+    double construction, calculation, record, communication, wait;
     double bytes, rows, updates, ghost_rows, ghost_cells, rounds, memory;   /* bytes sent; memory: the highest since the start */
+    double ghost_bytes, top_bytes;      /* of these bytes: for others' cells and rows; for the topmost cells */
 };
 /* ranks.csv: a line a rank. All ranks. */
 void profile_write_ranks(const struct sim *sim, const char *path);

@@ -18,7 +18,7 @@ expect_text 'every rank holds all rows, because of direct sums' ranks2/log.txt
 
 # What they cost, side by side: a line a run, the efficiency of one rank is 1; what is no run leaves no file.
 expect_status 0 tephra chart ranks runs="one ranks2 ranks3"
-awk -F, '$2 == 2000 { n++; sum = $5 + $6 + $7; if ((sum - $9) ^ 2 > 1e-6 || !($3 == 1 ? $10 == 1 : $10 > 0 && $12 > 0)) bad = 1 }
+awk -F, '$2 == 2000 { n++; sum = $5 + $6 + $8; if ((sum - $10) ^ 2 > 1e-6 || !($3 == 1 ? $11 == 1 : $11 > 0 && $13 > 0)) bad = 1 }
          END { exit bad || n != 3 }' ranks.csv || fail "unexpected: $(cat ranks.csv)"
 mkdir none
 expect_status 2 tephra chart ranks other.csv runs="one none"; expect_text 'none/ranks.csv: No such file' err
@@ -47,6 +47,24 @@ spread 3 "$scene" --set start.n=3000 $few --set gravity.solver=fmm --set gravity
 spread 3 "$scene" --set start.n=3000 $few --set gravity.softening_kernel=spline --set gravity.softening_adaptive=on
 spread 3 "$TEPHRA_SOURCE/ics/merger.yml" --set start.n=3000 --set time.end=2Myr --set output.snapshot_every=2Myr
 spread 3 "$TEPHRA_SOURCE/ics/wave.yml" --set time.end=0.02 --set output.snapshot_every=0.02
+
+# From a file each rank reads its part: rows in two groups of a species, without ids, with fewer rows than ranks; what is
+# wrong with a part of one rank, or between those of two, is told once.
+rows() {        # NAME ROWS AWK: a file of dark rows and stars, changed by awk
+    awk 'BEGIN { srand(2); print "species,id,x,y,z,vx,vy,vz,mass"; n = '"$2"'
+                 for (i = 1; i <= n + 2; i++) { id = i; m = 1 / n; '"$3"'
+                     printf "%s,%d,%.9g,%.9g,%.9g,0,0,0,%.9g\n", (i > n ? "star" : "dark"), id, rand(), rand(), rand(), m } }' >"$1.csv"
+    printf 'units: {G: 1}\nstart: {file: %s.csv}\ntime: {end: 0.002}\noutput: {snapshot_every: 0.001}\n' "$1" >"$1.yml"
+    printf 'gravity: {softening: 0.01, solver: fmm}\n' >>"$1.yml"
+}
+rows parts 1500 ''
+spread 3 parts.yml
+rows bad 1500 'if (i == 1400) m = -1'
+expect_status 2 mpirun -n 3 --oversubscribe tephra run bad.yml --out bad
+[ "$(grep -c 'dark particle 1400 has Masses = -1' err)" -eq 1 ] || fail "not told once: $(cat err)"
+rows twice 1500 'if (i == 1400 || i == 3) id = 7'
+expect_status 2 mpirun -n 3 --oversubscribe tephra run twice.yml --out bad
+[ "$(grep -c 'the id 7 is used twice (dark and dark), as are 1 more' err)" -eq 1 ] || fail "not told once: $(cat err)"
 
 # A run of spread rows, continued on another number of ranks.
 expect_status 0 mpirun -n 3 --oversubscribe tephra run "$scene" --set start.n=3000 $few --set time.end=0.025 --threads 1 --out part

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * `tephra run`: a run from its scene, or its continuation from a checkpoint. */
+#include "binding.h"
 #include "cmd.h"
 #include "comm.h"
 #include "file/checkpoint.h"
@@ -128,6 +129,7 @@ static void open_log(const struct sim *sim, bool append)
     for_species(sim, s) rows += s->n;
     log_line("tephra %s, %lld rows, %d rank%s of %d thread%s, in %s", version_number, (long long)rows, comm_size(),
              comm_size() > 1 ? "s" : "", omp_get_max_threads(), omp_get_max_threads() > 1 ? "s" : "", sim->folder);
+    binding_log();
     for_species(sim, s) log_line("  %-6s %lld rows", species_names[s->kind], (long long)s->n);
 }
 
