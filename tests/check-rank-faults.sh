@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
 # What goes wrong between ranks: one is killed, at any moment; one row reaches all domains; domains of very different
-# size, or empty ones.
+# size, or empty ones; messages are late.
 . "$TEPHRA_SOURCE/tests/lib.sh"
 tephra --version | grep -q 'MPI *no' && { echo "built without MPI"; exit 77; }
 command -v mpirun >/dev/null || { echo "there is no mpirun"; exit 77; }
@@ -56,4 +56,13 @@ rows lone 0.004 'place(i == n ? 200 : 1)'
 rows dense 0.001 'place(i % 2 ? 1 : 0.01)'
 # All but ten rows at one end: what lies between is nobody'\''s.
 rows lopsided 0.00002 'place(0.001); if (i % 300 == 0) p[0] += 1000'
+
+# Messages that come late, on every rank by other times: the same bits, files too.
+if command -v mpicc >/dev/null; then
+    mpicc -shared -fPIC -o slow_mpi.so "$TEPHRA_SOURCE/tests/slow_mpi.c" || fail "slow_mpi.c does not compile"
+    short="--set start.n=3000 --set time.end=0.025 --set output.snapshot_every=0.025 --threads 1"
+    expect_status 0 tephra run "$scene" $short --out prompt
+    expect_status 0 mpirun -n 4 --oversubscribe -x LD_PRELOAD="$PWD/slow_mpi.so" tephra run "$scene" $short --out late
+    same prompt/snapshot_001.hdf5 late/snapshot_001.hdf5
+fi
 finish

@@ -185,8 +185,8 @@ static void project(struct chart_sheet *sheet, const struct chart_ranks *chart, 
         const double sent = law_at(&bytes, chart->rows, r), top = law_at(&tops, chart->rows, r);
         const double talk = (sent + top) / chart->bandwidth, wait = law_at(&rounds, chart->rows, r) * 6 * log2(r) * chart->latency;
         const double work = own * mine + other * g, total = work + talk + wait, ideal = own * mine;
-        chart_row(sheet, "projected,%.0f,%.0f,%.3g,,%.4f,,%.4f,%.4f,%.4f,%.3f,,%.3f,%.0f,%.0f,,", chart->rows, r, mine, work, talk,
-                  wait, total, ideal / total, ideal / work, sent + top, g);
+        chart_cited(sheet, "projection", "projected,%.0f,%.0f,%.3g,,%.4f,,%.4f,%.4f,%.4f,%.3f,,%.3f,%.0f,%.0f,,", chart->rows, r,
+                    mine, work, talk, wait, total, ideal / total, ideal / work, sent + top, g);
     }
 }
 

@@ -149,7 +149,6 @@ static void fill_map(const struct picture *picture, const struct sim *sim, struc
 {
     const struct species *table = panel->table;
     const double scale = SURFACE_SIZE / (2 * picture->half);
-    struct surface *surface = surface_new();
     double (*at)[2] = project(picture, panel);
     const int64_t n = count_here(table), from = species_from(table);
     float *h = has_kernel(table) ? NULL : mem_array("pictures", float, n + 1);      /* never NULL */
@@ -157,6 +156,7 @@ static void fill_map(const struct picture *picture, const struct sim *sim, struc
     const struct surface_rows rows = {
         .n = n, .at = (const double (*)[2])at, .h = h ? h : table->h + from, .h_unit = h ? 1 : scale, .mass = table->mass + from,
         .value = value, .side = {sim->box.side[panel->axis[0]] * scale, sim->box.side[panel->axis[1]] * scale}};
+    struct surface *surface = surface_new();
     surface_add(surface, &rows);
     if (table->spread) surface_sum_ranks(surface);
     const float (*cell)[2] = surface_finish(surface);

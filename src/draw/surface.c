@@ -145,10 +145,10 @@ const float (*surface_finish(struct surface *surface))[2]
 static int64_t cell(double at, int l) { return (int64_t)floor(ldexp(at, -l)); }
 
 /* Rows in the three by three pixels of a level about a place. */
-static int64_t rows_near(int64_t *const count[LEVELS], const double at[2], int l)
+static float rows_near(float *const count[LEVELS], const double at[2], int l)
 {
     const int64_t size = SURFACE_SIZE >> l;
-    int64_t rows = 0;
+    float rows = 0;
     for (int64_t j = cell(at[1], l) - 1; j <= cell(at[1], l) + 1; j++)
         for (int64_t i = cell(at[0], l) - 1; i <= cell(at[0], l) + 1; i++)
             if (i >= 0 && j >= 0 && i < size && j < size) rows += count[l][j * size + i];
@@ -158,21 +158,21 @@ static int64_t rows_near(int64_t *const count[LEVELS], const double at[2], int l
 void surface_smoothing(const double (*at)[2], int64_t n, bool spread, float *h)
 {
     enum { ENOUGH = 40, WITHIN = 64 };
-    int64_t *count[LEVELS];
+    float *count[LEVELS];       /* as exact as it need be */
     for (int l = 0; l < LEVELS; l++) {
         const int64_t size = SURFACE_SIZE >> l;
-        count[l] = mem_array("pictures", int64_t, size * size);
+        count[l] = mem_array("pictures", float, size * size);
         for (int64_t i = 0; i < n; i++) {
             int64_t x = cell(at[i][0], l), y = cell(at[i][1], l);
             if (x >= 0 && y >= 0 && x < size && y < size) count[l][y * size + x]++;
         }
-        if (spread) comm_sum_int(count[l], (int)(size * size));
+        if (spread) comm_sum_floats(count[l], (int)(size * size));
     }
     for (int64_t i = 0; i < n; i++) {
         int l = 0;
-        int64_t rows = rows_near(count, at[i], 0);
-        while (rows < ENOUGH && l < LEVELS - 1) rows = rows_near(count, at[i], ++l);
-        double density = (double)(rows > 0 ? rows : 1) / (9 * ldexp(1, 2 * l));
+        float rows = rows_near(count, at[i], 0);
+        while (rows < (float)ENOUGH && l < LEVELS - 1) rows = rows_near(count, at[i], ++l);
+        double density = (double)fmaxf(rows, 1) / (9 * ldexp(1, 2 * l));
         h[i] = (float)sqrt(WITHIN / (4 * M_PI * density));
     }
     for (int l = 0; l < LEVELS; l++) mem_free(count[l]);
