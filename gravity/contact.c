@@ -57,7 +57,8 @@ static double field_of_rows(const struct field *f, enum species_kind kind, int64
     return sum;
 }
 
-/* Far cells act from their centres: at a distance d the error is of the order of (size/d)^2 and of (softening/d)^2. */
+/* Far cells act from their centres: at a distance d the error is of the order of (size/d)^2 and, where softenings are not all the
+ * same Plummer's, which cells have too, of (softening/d)^2. */
 static bool is_far(const struct field *f, const struct node *node)
 {
     enum { SIZES = 2, SOFTENINGS = 5 };
@@ -66,7 +67,7 @@ static bool is_far(const struct field *f, const struct node *node)
         d2 += (node->pos[k] - f->pos[k]) * (node->pos[k] - f->pos[k]);
         size = fmax(size, (double)(node->high[k] - node->low[k]));
     }
-    for (int s = 0; s < N_SPECIES; s++) soft2 = fmax(soft2, 2 * f->g->half_soft2[s]);
+    for (int s = 0; s < N_SPECIES && f->g->form != SOFT_COMMON; s++) soft2 = fmax(soft2, 2 * f->g->half_soft2[s]);
     if (f->g->adaptive) {
         const double support = 2 * (double)f->sim->tree.h_max[node - f->sim->tree.node];
         soft2 = fmax(soft2, support * support);
@@ -101,6 +102,21 @@ double gravity_field(const struct sim *sim, const struct gravity_piece *piece, i
         sum += field_of_rows(&f, (enum species_kind)s, root->first[s] + root->count[s], sim->species[s].n);
     }
     return sum;
+}
+
+double gravity_among(const struct sim *sim, const struct gravity_piece *piece, int64_t n)
+{
+    const struct gravity *g = sim_state(sim, "gravity");
+    double sum = 0;
+    for (int64_t p = 1; p < n && g; p++) {
+        const double half_soft2 = g->half_soft2[piece[p].kind], *own = piece[p].pos;
+        for (int64_t q = 0; q < p; q++) {
+            const double x = piece[q].pos[0] - own[0], y = piece[q].pos[1] - own[1], z = piece[q].pos[2] - own[2];
+            const double soft2 = half_soft2 + g->half_soft2[piece[q].kind];
+            sum -= piece[p].mass * (double)pair_any(g->form, x * x + y * y + z * z, piece[q].mass, soft2).depth;
+        }
+    }
+    return g ? g->G * sum : 0;
 }
 
 double gravity_resoften(const struct sim *sim, enum species_kind kind, int64_t row, enum species_kind to)

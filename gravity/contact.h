@@ -21,4 +21,6 @@ struct gravity_piece { enum species_kind kind; double mass, pos[3]; };
  * where masses move, divide or become one. Rows and cells as above; 0 without gravity. Any thread. */
 double gravity_field(const struct sim *sim, const struct gravity_piece *piece, int n, enum species_kind kind,
                      const int64_t without[2]);
+/* Potential energy of n pieces among themselves. */
+double gravity_among(const struct sim *sim, const struct gravity_piece *piece, int64_t n);
 #endif
