@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * The module `external`: fixed potentials that act on all rows and feel nothing. Those whose mass or velocity a
  * scene gives are added up. Formulas: Binney & Tremaine (2008), sections 2.2 and 2.3. */
+#include "contact.h"
 #include "module.h"
 #include <math.h>
 
@@ -33,7 +34,8 @@ static const struct param params[] = {
     VALUE("y", "length", "0", -1e300, centre[1], "")
     VALUE("z", "length", "0", -1e300, centre[2], "")
     {"time_step", PARAM_REAL, "", "0.03", 1e-6, 1, NULL,
-     "eta of the longest step eta sqrt(r/|a|), a being this field's: 2 pi/eta steps a circular orbit", true,
+     "eta of the longest step eta sqrt(r/|a|), a being this field's, r at least the softening or h but with a point: 2 pi/eta "
+     "steps a circular orbit", true,
      offsetof(struct external, time_step)},
     {0}
 };
@@ -135,10 +137,19 @@ static void force(struct sim *sim, void *state)
     }
 }
 
+/* Plummer's softening of a species. In the middle of a cusp, where |a| has a limit but no direction, steps would vanish with r:
+ * within the softening, or within h of gas that has come to rest there, they do not follow it. A point's |a| has no limit. */
+static double softening_of(const struct sim *sim, enum species_kind kind)
+{
+    const double contact = gravity_contact(sim, kind, kind);
+    return contact < 0 ? -sim->units.G / contact : 0;
+}
+
 static void limit(struct sim *sim, void *state)
 {
     const struct external *e = state;
     for_species(sim, s) {
+        const double softening = softening_of(sim, s->kind);
 #pragma omp parallel for
         for (int64_t a = 0; a < s->n_active; a++) {
             int64_t i = s->active[a];
@@ -148,6 +159,8 @@ static void limit(struct sim *sim, void *state)
                 r2 += (s->pos[i][k] - e->centre[k]) * (s->pos[i][k] - e->centre[k]);
                 a2 += field.acc[k] * field.acc[k];
             }
+            const double least = e->point_mass > 0 ? 0 : s->kind == GAS && s->h ? (double)s->h[i] : softening;
+            r2 = fmax(r2, least * least);
             if (a2 > 0 && r2 > 0) s->dt[i] = fminf(s->dt[i], (float)(e->time_step * sqrt(sqrt(r2 / a2))));
         }
     }

@@ -16,14 +16,20 @@ double barotrope_said(const struct sim *sim, const char *block, const char *key,
     return value;
 }
 
-double barotrope_advise(struct sim *sim, double row_mass, double least, double *neighbours)
+double barotrope_density(const struct sim *sim, double row_mass, double least, double *neighbours)
 {
-    const char *eos = scene_value(sim->scene, "sph", "eos");
     const double c = barotrope_said(sim, "sph", "sound_speed", "velocity"), four_pi_thirds = 4.18879020478639098;
     *neighbours = barotrope_said(sim, "sph", "neighbours", "");
     if (isnan(*neighbours)) *neighbours = 50;
-    if (isnan(c) || !eos || strcmp(eos, "barotropic") != 0) return NAN;
     const double kernels = 2 * *neighbours * row_mass, length2 = 2.5 * c * c / sim->units.G;
-    start_advise(sim, "sph", "stiff_density", fmax(least, length2 * length2 * length2 / (kernels * kernels) / four_pi_thirds));
+    return isnan(c) ? NAN : fmax(least, length2 * length2 * length2 / (kernels * kernels) / four_pi_thirds);
+}
+
+double barotrope_advise(struct sim *sim, double row_mass, double least, double *neighbours)
+{
+    const char *eos = scene_value(sim->scene, "sph", "eos");
+    const double rho = barotrope_density(sim, row_mass, least, neighbours);
+    if (isnan(rho) || !eos || strcmp(eos, "barotropic") != 0) return NAN;
+    start_advise(sim, "sph", "stiff_density", rho);
     return barotrope_said(sim, "sph", "stiff_density", "density");
 }

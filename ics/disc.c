@@ -23,16 +23,44 @@ static double spheres_within(const struct disc_field *field, double r)
     return mass;
 }
 
-/* By Hankel's transform, k times S(k) = M/(2 pi) (1 + k^2 a^2)^(-3/2) of an exponential disc. Two layers whose rows are
- * on the mean d apart in z attract each other in the plane as exp(-k |z - z'|) on the mean, 1/(1 + k d) if the
- * distances have an exponential distribution; across it as k times the mean of |z - z'| exp(-k |z - z'|), d/(1 + k d)^2. */
+/* z/z0 below which the part x of a sech^2 layer lies. */
+static double height_of(double x) { return atanh(2 * x - 1); }
+
+/* Of rows of one sech^2 layer of height 1, a distance z from its middle or from each other: means of D = sqrt(z^2 + soft^2)
+ * and of z^2/D. Without softening both are ln 2, or 1. */
+struct apart { double distance, pull; };
+
+static struct apart apart_of(double soft, bool both)
+{
+    enum { STEPS = 32 };
+    struct apart mean = {0, 0};
+    const int others = both ? STEPS : 1;
+    for (int i = 0; i < STEPS; i++)
+        for (int j = 0; j < others; j++) {
+            double z = height_of((i + 0.5) / STEPS) - (both ? height_of((j + 0.5) / STEPS) : 0), D = sqrt(z * z + soft * soft);
+            mean.distance += D / (STEPS * others);
+            mean.pull += D > 0 ? z * z / D / (STEPS * others) : 0;
+        }
+    return mean;
+}
+
+static struct apart apart_in(double height, double soft, bool both)
+{
+    if (!(height > 0)) return (struct apart){soft, 0};
+    struct apart mean = apart_of(soft / height, both);
+    return (struct apart){height * mean.distance, height * mean.pull};
+}
+
+/* By Hankel's transform, k times S(k) = M/(2 pi) (1 + k^2 a^2)^(-3/2) of an exponential disc. Two layers whose rows are on the
+ * mean D = sqrt(z^2 + eps^2) apart, with Plummer's softening, attract each other in the plane as exp(-k D) on the mean, 1/(1 +
+ * k D) if the distances have an exponential distribution; across it as the mean of k z^2/D exp(-k D). */
 static double spectrum(const struct disc *disc, double k)
 {
     double x = 1 + k * k * disc->radius * disc->radius;
     return k * disc->mass / (2 * PI) / (x * sqrt(x));
 }
 
-/* Squared speed at R by a disc whose rows are on the mean d away in z: 2 pi G R int k S(k) J1(kR)/(1 + kd) dk. */
+/* Squared speed at R by a disc whose rows are on the mean d away: 2 pi G R int k S(k) J1(kR)/(1 + kd) dk. */
 static double disc_alone(const struct disc *disc, double d, double R)
 {
     const double last = 80 / disc->radius, step = 0.02 / disc->radius;
@@ -41,33 +69,37 @@ static double disc_alone(const struct disc *disc, double d, double R)
     return 2 * PI * R * step * sum;
 }
 
-static double acting_sheet(const struct disc *disc, double R)
+/* Surface density that pulls across the disc as an even sheet of height z0 without softening would. */
+static double acting_sheet(const struct disc *disc, struct apart apart, double R)
 {
-    const double last = 80 / disc->radius, step = 0.02 / disc->radius, d = disc->height;
+    const double last = 80 / disc->radius, step = 0.02 / disc->radius, d = apart.distance;
     double sum = 0;
     for (double k = step; k < last; k += step) sum += spectrum(disc, k) / ((1 + k * d) * (1 + k * d)) * gsl_sf_bessel_J0(k * R);
-    return fmax(0, step * sum);
+    return fmax(0, step * sum) * apart.pull / disc->height;
 }
 
-/* Mean distances in z: z0 within a sech^2 layer, ln 2 z0 between it and a thin one. */
+static double radius_at(const struct disc_field *field, int i) { return exp(field->first + field->step * i); }
+
+/* Mean distances in z, without softening: z0 within a sech^2 layer, ln 2 z0 between it and a thin one. */
 static void make_tables(struct disc_field *field)
 {
     const struct disc *stars = field->disc[DISC_STARS], *gas = field->disc[DISC_GAS];
-    const double a = stars->mass > 0 ? stars->radius : gas->radius, between = log(2) * stars->height;
+    const double a = stars->mass > 0 ? stars->radius : gas->radius, soft = field->softening, G = field->all->G;
+    const struct apart within = apart_in(stars->height, soft, true), between = apart_in(stars->height, soft, false);
     field->first = log(0.01 * a);
     field->step = log(60 / 0.01) / (DISC_POINTS - 1);
 #pragma omp parallel for schedule(dynamic, 4)
     for (int i = 0; i < DISC_POINTS; i++) {
-        const double R = exp(field->first + field->step * i), G = field->all->G;
+        const double R = radius_at(field, i);
         field->speed2[DISC_STARS][i] = field->speed2[DISC_GAS][i] = 0;
         if (stars->mass > 0) {
-            field->speed2[DISC_STARS][i] += G * disc_alone(stars, stars->height, R);
-            field->speed2[DISC_GAS][i] += G * disc_alone(stars, between, R);
-            field->sheet[i] = acting_sheet(stars, R);
+            field->speed2[DISC_STARS][i] += G * disc_alone(stars, within.distance, R);
+            field->speed2[DISC_GAS][i] += G * disc_alone(stars, between.distance, R);
+            field->sheet[i] = acting_sheet(stars, within, R);
         }
         if (gas->mass > 0) {
-            field->speed2[DISC_STARS][i] += G * disc_alone(gas, between, R);
-            field->speed2[DISC_GAS][i] += G * disc_alone(gas, 0, R);
+            field->speed2[DISC_STARS][i] += G * disc_alone(gas, between.distance, R);
+            field->speed2[DISC_GAS][i] += G * disc_alone(gas, soft, R);
         }
     }
 }
@@ -98,10 +130,56 @@ static double dispersion(const struct disc_field *field, double R)
     return field->sigma * exp(-sqrt(R * R + a * a / 8) / (2 * a));
 }
 
+/* Mean of z K_z over a layer of height z0 in its own field, in that of the other layer, and the spheres'. For layers
+ * of one height the mean is pi G Sigma z0; a thin layer within a thick one feels 2 pi G Sigma z/z_other. Between them the
+ * two forms are joined smoothly. The stars' Sigma is the sheet that acts, less than what is there towards the centre. */
+static double pull(const struct disc_field *field, int own, double z0, double R)
+{
+    const struct disc *gas = field->disc[DISC_GAS];
+    const double G = field->all->G, r = sqrt(R * R + z0 * z0), soft = field->softening;
+    double sum = mean_square * z0 * z0 * G * spheres_within(field, r) / (r * r * r);
+    double stars = PI * G * z0 * from_table(field, field->sheet, R), layer = gas->mass > 0 ? PI * G * surface(gas, R) : 0;
+    if (own == DISC_STARS) return sum + stars + 2 * layer * apart_in(z0, soft, false).pull; /* gas is a thin sheet to the stars */
+    double thick = z0 / fmax(field->disc[DISC_STARS]->height, z0), thin = 2 * mean_square * thick;
+    return sum + layer * apart_in(z0, soft, true).pull + stars * thin / (1 + (thin - 1) * thick);
+}
+
+/* P/rho of a layer of gas, a mean over its mass: of sech^(4/3) that is sqrt(pi) Gamma(5/3)/(2 Gamma(13/6)). */
+static double layer_heat(const struct disc *gas, double z0, double R)
+{
+    const double mean = 0.739188;
+    double stiffening = isnan(gas->stiff) ? 0 : mean * pow(surface(gas, R) / (2 * z0) / gas->stiff, 2.0 / 3);
+    return gas->sound * gas->sound * (1 + stiffening);
+}
+
+/* The height at which the layer's weight is its pressure: <z K_z> = <P/rho>. */
+static double gas_height(const struct disc_field *field, double R)
+{
+    const struct disc *gas = field->disc[DISC_GAS];
+    double low = 0, high = 10 * gas->radius;
+    for (int i = 0; i < 40; i++) {
+        double z0 = 0.5 * (low + high);
+        if (pull(field, DISC_GAS, z0, R) < layer_heat(gas, z0, R)) low = z0;
+        else high = z0;
+    }
+    return 0.5 * (low + high);
+}
+
+static void lay_gas(struct disc_field *field)
+{
+#pragma omp parallel for schedule(dynamic, 4)
+    for (int i = 0; i < DISC_POINTS; i++) {
+        const double R = radius_at(field, i);
+        field->height[i] = gas_height(field, R);
+        field->heat[i] = layer_heat(field->disc[DISC_GAS], field->height[i], R);
+    }
+}
+
 void disc_prepare(struct disc_field *field)
 {
     const struct disc *stars = field->disc[DISC_STARS];
     make_tables(field);
+    if (field->disc[DISC_GAS]->mass > 0) lay_gas(field);
     if (!(stars->mass > 0)) return;
     const double R = 2.2 * stars->radius;
     field->sigma = 1;
@@ -118,23 +196,6 @@ static double radius_of(double x)
         else high = y;
     }
     return 0.5 * (low + high);
-}
-
-/* z/z0 below which the part x of a sech^2 layer lies. */
-static double height_of(double x) { return atanh(2 * x - 1); }
-
-/* Mean of z K_z over a layer of height z0 in its own field, in that of the other layer, and the spheres'. For layers
- * of one height the mean is pi G Sigma z0; a thin layer within a thick one feels 2 pi G Sigma z/z_other. Between them the
- * two forms are joined smoothly. The stars' Sigma is the sheet that acts, less than what is there towards the centre. */
-static double pull(const struct disc_field *field, int own, double z0, double R)
-{
-    const struct disc *gas = field->disc[DISC_GAS];
-    const double G = field->all->G, r = sqrt(R * R + z0 * z0);
-    double sum = mean_square * z0 * z0 * G * spheres_within(field, r) / (r * r * r);
-    double stars = PI * G * z0 * from_table(field, field->sheet, R), layer = gas->mass > 0 ? PI * G * z0 * surface(gas, R) : 0;
-    if (own == DISC_STARS) return sum + stars + 2 * log(2) * layer;     /* gas is a thin sheet to the stars */
-    double thick = z0 / fmax(field->disc[DISC_STARS]->height, z0), thin = 2 * mean_square * thick;
-    return sum + layer + stars * thin / (1 + (thin - 1) * thick);
 }
 
 static void put(const struct rows rows, int64_t i, const double cylinder[3], const double v[3])
@@ -167,24 +228,12 @@ void disc_fill_stars(const struct disc_field *field, struct rows rows, uint64_t 
     rows_rest(rows);
 }
 
-/* The height at which the layer's weight is its pressure: <z K_z> = P/rho. */
-static double gas_height(const struct disc_field *field, double R)
-{
-    double low = 0, high = 10 * field->disc[DISC_GAS]->radius, wanted = field->disc[DISC_GAS]->sound * field->disc[DISC_GAS]->sound;
-    for (int i = 0; i < 50; i++) {
-        double z0 = 0.5 * (low + high);
-        if (pull(field, DISC_GAS, z0, R) < wanted) low = z0;
-        else high = z0;
-    }
-    return 0.5 * (low + high);
-}
-
 void disc_fill_gas(const struct disc_field *field, struct rows rows, double gamma, uint64_t seed, uint64_t stream)
 {
     /* An additive sequence in three dimensions: powers of 1/1.2207..., the root of x^4 = x + 1, leave the fewest gaps
      * (Roberts 2018; Kronecker). Each place is moved at random within its own n^(-1/3), since the sequence alone shows
      * as spiral arms. */
-    const double root = 1.2207440846057595, sound2 = field->disc[DISC_GAS]->sound * field->disc[DISC_GAS]->sound;
+    const double root = 1.2207440846057595, ratio = exp(field->step);
     const double spacing = cbrt(1 / (double)rows.n);
     const struct disc *disc = field->disc[DISC_GAS];
 #pragma omp parallel for
@@ -198,10 +247,11 @@ void disc_fill_gas(const struct disc_field *field, struct rows rows, double gamm
         }
         x[0] = fmin(x[0], 1 - 1e-6);
         x[2] = fmin(fmax(x[2], 1e-6), 1 - 1e-6);
-        double R = disc->radius * radius_of(x[0]), v2 = disc_speed2(field, DISC_GAS, R) - sound2 * R / disc->radius;
-        const double v[3] = {0, sqrt(fmax(0, v2)), 0};
-        put(rows, i, (double[3]){R, 2 * PI * x[1], gas_height(field, R) * height_of(x[2])}, v);
-        if (rows.table->u) rows.table->u[rows.first + i] = (float)(sound2 / (gamma - 1));
+        double R = disc->radius * radius_of(x[0]), heat = from_table(field, field->heat, R);
+        double rise = (from_table(field, field->heat, R * ratio) - from_table(field, field->heat, R / ratio)) / (2 * field->step);
+        const double v[3] = {0, sqrt(fmax(0, disc_speed2(field, DISC_GAS, R) - heat * R / disc->radius + rise)), 0};
+        put(rows, i, (double[3]){R, 2 * PI * x[1], from_table(field, field->height, R) * height_of(x[2])}, v);
+        if (rows.table->u) rows.table->u[rows.first + i] = (float)(heat / (gamma - 1));
     }
     rows_rest(rows);
 }

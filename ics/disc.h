@@ -8,7 +8,8 @@
 struct disc {
     double mass, radius, height;    /* gas: its height follows from its temperature */
     double q;                       /* Toomre's Q of the stars at 2.2 radii, where a disc's own pull is largest */
-    double sound;                   /* gas: sqrt(P/rho) */
+    double sound;                   /* gas: sqrt(P/rho) where it is thin */
+    double stiff;                   /* gas: P/rho is sound^2 [1 + (rho/stiff)^(2/3)]; NAN: sound^2 */
 };
 
 enum { DISC_STARS, DISC_GAS, DISC_POINTS = 200 };
@@ -17,10 +18,12 @@ struct disc_field {
     const struct equilibrium *all;  /* spheres, and the discs' mass spread over spheres */
     int spheres;                    /* parts of `all` that are spheres */
     const struct disc *disc[2];     /* stars and gas; mass 0: there is none */
+    double softening;               /* Plummer's, of the forces that will act */
     double sigma;                   /* radial dispersion of the stars at R = 0, before it is softened there */
     double first, step;             /* ln of the first radius of the tables, and of the ratio of the next */
     double speed2[2][DISC_POINTS];  /* squared circular speed of stars and of gas by the discs alone */
     double sheet[DISC_POINTS];      /* surface density of the stars that acts across their disc: see disc.c */
+    double height[DISC_POINTS], heat[DISC_POINTS];  /* of the gas: its z0, and P/rho, a mean over its layer */
 };
 
 /* Fills the tables, and sets sigma from q of the stars. */

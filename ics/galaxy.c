@@ -14,6 +14,11 @@
 const char *const galaxy_names[GALAXY_PARTS] = {"dark", "bulge", "disc", "gas"};
 static const enum species_kind kinds[GALAXY_PARTS] = {DARK, STAR, STAR, GAS};
 
+static bool is_fixed(const struct galaxy *galaxy, int part)
+{
+    return (part == GALAXY_DARK && galaxy->fixed) || (part == GALAXY_BULGE && galaxy->bulge_fixed);
+}
+
 /* The part of the rows that each part has, relative to the others; how many parts there are, and how many say it. */
 struct shares { double share[GALAXY_PARTS]; int parts, given; };
 
@@ -21,7 +26,7 @@ static struct shares shares_of(const struct galaxy *galaxy)
 {
     struct shares s = {{0}, 0, 0};
     for (int k = 0; k < GALAXY_PARTS; k++) {
-        bool there = galaxy->mass[k] > 0 && !(k == GALAXY_DARK && galaxy->fixed);
+        bool there = galaxy->mass[k] > 0 && !is_fixed(galaxy, k);
         s.parts += there;
         s.given += there && !isnan(galaxy->share[k]);
         s.share[k] = !there ? 0 : isnan(galaxy->share[k]) ? galaxy->mass[k] : galaxy->share[k];
@@ -38,7 +43,7 @@ static bool share_rows(struct sim *sim, const struct galaxy *galaxy, int64_t n, 
         return false;
     }
     if (s.parts == 0) {
-        problems_add(&sim->problems, "start.dark_fixed: there is nothing but the halo: give a disc, gas or a bulge a mass");
+        problems_add(&sim->problems, "start.dark_fixed: there is nothing but fixed parts: give a disc, gas or a bulge a mass");
         return false;
     }
     rows_share(n, GALAXY_PARTS, s.share, count);
@@ -54,7 +59,7 @@ static bool share_rows(struct sim *sim, const struct galaxy *galaxy, int64_t n, 
 static struct equilibrium *potential(const struct sim *sim, const struct galaxy *galaxy, int *spheres)
 {
     struct radial part[GALAXY_PARTS];
-    const double bulge_cut = 15 * galaxy->radius[GALAXY_BULGE];
+    const double bulge_cut = galaxy->bulge_fixed ? NAN : 15 * galaxy->radius[GALAXY_BULGE];
     int n = 0;
     for (int k = 0; k < GALAXY_PARTS; k++) {
         if (!(galaxy->mass[k] > 0)) continue;
@@ -86,6 +91,14 @@ static double sound_speed(const struct sim *sim, const struct galaxy *galaxy)
     return sqrt(CONST_K_B * galaxy->temperature / (galaxy->mu * CONST_M_PROTON)) / sim->units.velocity;
 }
 
+/* Of the discs' rows, by the block gravity. */
+static double softening_of(const struct sim *sim)
+{
+    double stars = barotrope_said(sim, "gravity", "softening_star", "length");
+    double all = barotrope_said(sim, "gravity", "softening", "length");
+    return !isnan(stars) ? stars : isnan(all) ? 0 : all;
+}
+
 void galaxy_advise(struct sim *sim, const struct galaxy *galaxy, int64_t n)
 {
     const struct shares s = shares_of(galaxy);
@@ -96,6 +109,10 @@ void galaxy_advise(struct sim *sim, const struct galaxy *galaxy, int64_t n)
     for (int k = 0; k < GALAXY_PARTS; k++) all += s.share[k];
     if (s.share[GALAXY_GAS] > 0)
         barotrope_advise(sim, galaxy->mass[GALAXY_GAS] / ((double)n * s.share[GALAXY_GAS] / all), 0, &neighbours);
+    if (galaxy->bulge_fixed) {
+        start_advise(sim, "external", "hernquist_mass", galaxy->mass[GALAXY_BULGE]);
+        start_advise(sim, "external", "hernquist_radius", galaxy->radius[GALAXY_BULGE]);
+    }
     if (!galaxy->fixed) return;
     bool nfw = galaxy->form == RADIAL_NFW;
     start_advise(sim, "external", nfw ? "nfw_mass" : "hernquist_mass", galaxy->mass[GALAXY_DARK]);
@@ -119,8 +136,13 @@ bool galaxy_add(struct sim *sim, const struct galaxy *galaxy, int64_t n, int cop
     bool gas = galaxy->mass[GALAXY_GAS] > 0;
     if (gas && !sim->units.physical)
         problems_add(&sim->problems, "start.gas_temperature: a galaxy with gas needs physical units");
-    if (galaxy->fixed && !scene_find(sim->scene, "external"))
-        problems_add(&sim->problems, "start.dark_fixed: a halo without rows needs a block external (--set external={})");
+    for (int k = GALAXY_DARK; k <= GALAXY_BULGE; k++)
+        if (is_fixed(galaxy, k) && !scene_find(sim->scene, "external"))
+            problems_add(&sim->problems, "start.%s_fixed: a %s without rows needs a block external (--set external={})",
+                         galaxy_names[k], k == GALAXY_DARK ? "halo" : "bulge");
+    if (galaxy->fixed && galaxy->bulge_fixed && galaxy->form == RADIAL_HERNQUIST)
+        problems_add(&sim->problems, "start.bulge_fixed: the block external has one Hernquist sphere, which is the halo's: "
+                     "dark_profile: nfw, or a bulge of rows");
     const int64_t others = holes_reserve(sim, &galaxy->holes, n);
     if (sim->problems.count > 0 || !share_rows(sim, galaxy, others, count)) return false;
     if (count[GALAXY_DISC] > 0 && galaxy->q < 1 && copy == 1)
@@ -130,10 +152,11 @@ bool galaxy_add(struct sim *sim, const struct galaxy *galaxy, int64_t n, int cop
     struct equilibrium *all = potential(sim, galaxy, &spheres);
     double sound = gas ? sound_speed(sim, galaxy) : 0;
     double height = isnan(galaxy->height) ? 0.1 * galaxy->radius[GALAXY_DISC] : galaxy->height;
-    const struct disc stars = {galaxy->mass[GALAXY_DISC], galaxy->radius[GALAXY_DISC], height, galaxy->q, 0},
-                      layer = {galaxy->mass[GALAXY_GAS], galaxy->radius[GALAXY_GAS], 0, 0, sound};
+    const struct disc stars = {galaxy->mass[GALAXY_DISC], galaxy->radius[GALAXY_DISC], height, galaxy->q, 0, NAN},
+                      layer = {galaxy->mass[GALAXY_GAS], galaxy->radius[GALAXY_GAS], 0, 0, sound,
+                               barotrope_said(sim, "sph", "stiff_density", "density")};
     struct disc_field *field = mem_alloc("generator", sizeof *field);
-    *field = (struct disc_field){.all = all, .spheres = spheres, .disc = {&stars, &layer}};
+    *field = (struct disc_field){.all = all, .spheres = spheres, .disc = {&stars, &layer}, .softening = softening_of(sim)};
     disc_prepare(field);
     bool fine = true;
     made->mass = 0;

@@ -14,7 +14,7 @@ struct galaxy {
     double mass[GALAXY_PARTS], radius[GALAXY_PARTS], share[GALAXY_PARTS];
     double cut, height, q, temperature, mu;
     struct holes holes;
-    bool fixed;     /* the halo is a potential of the block external, not rows */
+    bool fixed, bulge_fixed;    /* the halo, the bulge is a potential of the block external, not rows */
 };
 
 /* The rows of the parameter table of `struct OWNER`, which holds a struct galaxy named galaxy. */
@@ -28,8 +28,10 @@ struct galaxy {
     {"dark_fixed", PARAM_FLAG, "", "off", 0, 0, NULL, \
      "the halo is a fixed potential of the block external, whose keys follow, and has no rows", false, \
      offsetof(struct owner, galaxy.fixed)}, \
+    {"bulge_fixed", PARAM_FLAG, "", "off", 0, 0, NULL, "the same of the bulge, which has no cut then", false, \
+     offsetof(struct owner, galaxy.bulge_fixed)}, \
     GALAXYKEY(owner, "bulge_mass", "mass", "0", 0, mass[GALAXY_BULGE], "mass of the bulge, a Hernquist sphere of stars") \
-    GALAXYKEY(owner, "bulge_radius", "length", "1", 1e-30, radius[GALAXY_BULGE], "its scale radius; it is cut at 15 of them") \
+    GALAXYKEY(owner, "bulge_radius", "length", "1", 1e-30, radius[GALAXY_BULGE], "its scale radius; with rows it is cut at 15 of them") \
     GALAXYKEY(owner, "disc_mass", "mass", "0", 0, mass[GALAXY_DISC], "mass of the disc of stars") \
     GALAXYKEY(owner, "disc_radius", "length", "1", 1e-30, radius[GALAXY_DISC], "surface density ~ exp(-R/this)") \
     GALAXYKEY(owner, "disc_height", "length", "none", 1e-30, height, "density ~ sech^2(z/this); default: a tenth of disc_radius") \

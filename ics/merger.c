@@ -42,6 +42,10 @@ static void merger_make(struct sim *sim, const void *state, int64_t n)
     const int64_t count[2] = {n - n / 2, n / 2};
     struct galaxy_rows rows[2];
     double x[2], v[2];
+    if (merger->galaxy.fixed || merger->galaxy.bulge_fixed) {
+        problems_add(&sim->problems, "start.dark_fixed, start.bulge_fixed: galaxies that move have halos and bulges of rows");
+        return;
+    }
     for (int g = 0; g < 2; g++)
         if (!galaxy_add(sim, &merger->galaxy, count[g], g + 1, &rows[g])) return;
     if (!orbit_place(sim, &merger->orbit, rows[0].mass + rows[1].mass, x, v)) return;
