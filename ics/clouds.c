@@ -58,9 +58,22 @@ static double sound_speed(struct sim *sim, const struct clouds *clouds)
     return sqrt(CONST_K_B * clouds->temperature / (barotrope_said(sim, "sph", "mu", "") * CONST_M_PROTON)) / sim->units.velocity;
 }
 
+/* Isothermal gas becomes a sink where it is as dense as the rows resolve its Jeans mass. A ball of that density is as tightly bound
+ * as a sink must be, 2 E_th = |E_gr| = 3/5 G M^2/r, with the radius c sqrt(15/(4 pi G rho)). */
+static double advise_sinks(struct sim *sim, double row, double least)
+{
+    const char *eos = scene_value(sim->scene, "sph", "eos");
+    double neighbours, rho = barotrope_density(sim, row, least, &neighbours);
+    const double c = barotrope_said(sim, "sph", "sound_speed", "velocity");
+    if (!scene_find(sim->scene, "sinks") || isnan(rho) || !eos || strcmp(eos, "isothermal") != 0) return NAN;
+    start_advise(sim, "sinks", "density", rho);
+    start_advise(sim, "sinks", "radius", c * sqrt(15 / (4 * acos(-1) * sim->units.G * rho)));
+    return barotrope_said(sim, "sinks", "density", "density");
+}
+
 /* The gas resists from the density on at which its Jeans mass is no longer resolved (barotrope.h), but not below ten times the
- * clouds' mean; the softening is the smoothing length there. h itself has no floor: what collapses beyond would have all its
- * rows as neighbours. */
+ * clouds' mean, or becomes sinks; the softening is the smoothing length there. h itself has no floor: what collapses beyond
+ * would have all its rows as neighbours. */
 static void clouds_advise(struct sim *sim, const void *state, int64_t n)
 {
     const struct clouds *clouds = state;
@@ -72,6 +85,7 @@ static void clouds_advise(struct sim *sim, const void *state, int64_t n)
     }
     const double row = 2 * clouds->mass / (double)n, mean = clouds->mass / (4 * pi / 3 * R * R * R);
     double neighbours, stiff = barotrope_advise(sim, row, least * mean, &neighbours);
+    if (isnan(stiff)) stiff = advise_sinks(sim, row, least * mean);
     if (!isnan(stiff)) start_advise(sim, "gravity", "softening", cbrt(3 * neighbours * row / (32 * pi * stiff)));
 }
 

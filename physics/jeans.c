@@ -19,13 +19,6 @@ static const char *const needed[] = {"sph", "gravity", NULL};
 
 static const double FOUR_PI_THIRDS = 4.18879020478639098;
 
-/* P/rho. */
-static double heat(const struct sph *sph, double u, double rho)
-{
-    if (sph->eos == SPH_ADIABATIC) return (sph->gamma - 1) * u;
-    return sph->sound_speed * sph->sound_speed * (1 + (double)sph_stiffening(sph, (float)rho));
-}
-
 static double jeans_mass(double G, double heat, double rho)
 {
     double length2 = 2.5 * heat / G;
@@ -61,7 +54,8 @@ static void record(struct sim *sim, void *state)
     double sum[2] = {0, 0}, most = 0;
     for (int64_t i = gas->own; i < gas->own + gas->n_own; i++) {
         double rho = (double)gas->rho[i], u = gas->u ? (double)gas->u[i] : 0;
-        bool resolved = jeans->kernels * (double)sph->neighbours * gas->mass[i] <= jeans_mass(sim->units.G, heat(sph, u, rho), rho);
+        double kernels = jeans->kernels * (double)sph->neighbours * gas->mass[i];
+        bool resolved = kernels <= jeans_mass(sim->units.G, sph_heat(sph, u, rho), rho);
         sum[0] += gas->mass[i];
         sum[1] += resolved ? 0 : gas->mass[i];
         most = fmax(most, rho);

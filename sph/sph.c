@@ -195,9 +195,8 @@ static void temperature(const struct sim *sim, const void *state, float *kelvin)
     const struct species *gas = &sim->species[GAS];
 #pragma omp parallel for
     for (int64_t i = species_from(gas); i < species_to(gas); i++) {
-        double pressure = sph->eos == SPH_ADIABATIC ? (sph->gamma - 1) * (double)gas->u[i]
-                        : sph->sound_speed * sph->sound_speed * (1 + (double)sph_stiffening(sph, gas->rho[i]));
-        kelvin[i - species_from(gas)] = (float)kelvin_of(sim, sph, pressure);
+        double heat = sph_heat(sph, gas->u ? (double)gas->u[i] : 0, (double)gas->rho[i]);
+        kelvin[i - species_from(gas)] = (float)kelvin_of(sim, sph, heat);
     }
 }
 

@@ -184,6 +184,12 @@ static inline float sph_h_expected(const struct sim *sim, int64_t i, float t)
     return sph_row_h_expected(gas, i, t, t > 0 ? 0 : (float)timeline_step(&sim->time, gas->rung0[i]));
 }
 static inline float sph_stiffening(const struct sph *sph, float rho) { return sph_law_stiffening(sph_law_of(sph), rho); }
+/* P/rho of gas with specific internal energy u (ignored without an energy equation) and density rho. */
+static inline double sph_heat(const struct sph *sph, double u, double rho)
+{
+    if (sph->eos == SPH_ADIABATIC) return (sph->gamma - 1) * u;
+    return sph->sound_speed * sph->sound_speed * (1 + (double)sph_stiffening(sph, (float)rho));
+}
 static inline float sph_sound_speed(const struct sph *sph, float u, float rho)
 { return sph_law_sound_speed(sph_law_of(sph), u, rho); }
 #endif

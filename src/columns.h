@@ -41,6 +41,8 @@
     COLUMN(mass_born,double,      , KEEP, "M",        "InitialMass",     "mass of the stars when they formed") \
     COLUMN(age_paid, double,      , KEEP, "L V^-1",   "",                "age up to which the stars have returned what was due") \
     COLUMN(hole,     uint8_t,     , KEEP, "1",        "BlackHole",       "1: a black hole, 0: stars") \
+    COLUMN(sink,     uint8_t,     , KEEP, "1",        "Sink",            "1: a sink that swallows gas, 0: stars") \
+    COLUMN(spin,     double,   [3], KEEP, "M L V",    "Spin",            "angular momentum that a sink has taken in, about its centre") \
     COLUMN(children, uint8_t,     , KEEP, "1",        "Children",        "rows that this one has given birth to") \
     COLUMN(collapse, float,       , KEEP, "L V^-1",   "",                "time for which the gas has been collapsing, or has waited for a draw") \
     COLUMN(ready,    double,      , KEEP, "L V^-1",   "",                "time at which a cloud forms its next stars; 0: not known yet") \

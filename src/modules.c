@@ -6,7 +6,7 @@
 
 #define MODULES(X) \
     X(output) X(time) X(box) X(tree) X(leapfrog) X(pec) X(hermite4) X(hermite6) X(hermite8) \
-    X(black_holes) X(gravity) X(external) X(sph) X(exchange) X(clouds) X(star_formation) X(cloud_stars) X(feedback) X(cooling) \
+    X(black_holes) X(gravity) X(external) X(sph) X(exchange) X(clouds) X(star_formation) X(cloud_stars) X(sinks) X(feedback) X(cooling) \
     X(jeans) X(clumps) X(phases) X(phase_diagram) X(profiles) X(ranks) X(steps)
 
 #define GENERATORS(X) \

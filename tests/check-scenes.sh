@@ -44,6 +44,16 @@ expect_status 0 tephra check "$scene" --set start.n=500 --set sph.stiff_density=
     --set "start.turbulence=0.5 km/s";                                  expect_text 'NOT resolved' err
 expect_status 2 tephra check "$scene" --set sph.eos=adiabatic --set sph.stiff_density=3; expect_text 'barotropic' err
 
+# With sinks: two of them, made where the rows still resolve a Jeans mass; mass closes, the books within 1 % of what they hold.
+expect_status 0 tephra run "$scene" --set sph.eos=isothermal --set sinks={} --set start.n=1024 --set time.end='1.5 Myr' --out sinks
+expect_text 'sinks.radius = 0.3599' err
+for name in potential total mass_gas mass_star; do column $name sinks/energy.csv >$name; done
+paste potential total mass_gas mass_star | awk 'NR == 1 { first = $2; mass = $3 + $4 }
+    { off = ($2 - first) / $1; if (off * off > 1e-4 || ($3 + $4 - mass) ^ 2 > 1e-24 * mass ^ 2) { print NR, off, $3 + $4 - mass; bad = 1 } }
+    END { print "in sinks:", $4 / mass; exit bad || NR < 10 || !($4 > 0.3 * mass) }' || fail "sinks: the books do not close"
+expect_status 2 tephra check "$scene" --set sinks={}; expect_text 'sinks.density' err
+expect_status 0 tephra check "$scene" --set sph.eos=isothermal --set sinks={} --set "sinks.radius=0.01 pc"; expect_text 'is noise' err
+
 # Clumps at the start: where the density exceeds 50 Msun/pc^3, each cloud within 0.71 pc, 111 Msun (M(r) ~ r^2); with
 # friends as far apart as the clouds they are one, and every dense row is in it.
 cores="--set start.n=4000 --set time.end=1kyr --set output.snapshot_every=1kyr --set clumps.density=50 --set clumps.linking=2"
@@ -61,7 +71,11 @@ for name in kinetic potential; do column $name disc/energy.csv >$name; done
 awk 'NR == 1 { first = $1 } $1 < 0.97 * first || $1 > 1.03 * first { print; exit 1 }' kinetic || fail "the disc is not in equilibrium"
 column mass_dark disc/energy.csv | awk '$1 != 0 { exit 1 }' || fail "a fixed halo has rows"
 grep -q 'nfw_mass: 136' disc/used.yml || fail "the fixed halo is not in used.yml"
-expect_status 2 tephra check "$TEPHRA_SOURCE/ics/disc.yml" --set external=off; expect_text 'needs a block external' err
+grep -q 'hernquist_mass: 1.1' disc/used.yml && fail "a bulge of no mass is in used.yml"
+expect_status 2 tephra check "$TEPHRA_SOURCE/ics/disc.yml" --set external=off; expect_text 'a bulge without rows needs' err
+expect_status 2 tephra check "$TEPHRA_SOURCE/ics/disc.yml" --set start.dark_profile=hernquist
+expect_text 'one Hernquist sphere' err
+expect_status 2 tephra check "$TEPHRA_SOURCE/ics/merger.yml" --set start.bulge_fixed=on --set external={}; expect_text 'of rows' err
 expect_status 0 tephra run "$TEPHRA_SOURCE/ics/merger.yml" --set start.n=2000 --set time.end='20 Myr' --set output.snapshot_every='20 Myr' \
     --set gravity.softening=1 --set sph=off --set start.gas_mass=0 --out merger
 column error merger/energy.csv | awk '$1 * $1 > 1e-6 { exit 1 }' || fail "the merger loses energy"
