@@ -3,13 +3,14 @@
  * upper 21 bits a dimension (levels 1 to 21 of the octree), `low` the lower 21 (levels 22 to 42). */
 #ifndef TEPHRA_KEY_H
 #define TEPHRA_KEY_H
+#include "hd.h"
 #include <stdint.h>
 
 enum { KEY_LEVELS = 42, KEY_HALF = 21 };
 struct key { uint64_t high, low; };
 
 /* Spreads 21 bits so that two zero bits follow each. */
-static inline uint64_t key_spread(uint64_t x)
+HD uint64_t key_spread(uint64_t x)
 {
     x = (x | x << 32) & 0x001f00000000ffffULL;
     x = (x | x << 16) & 0x001f0000ff0000ffULL;
@@ -18,7 +19,7 @@ static inline uint64_t key_spread(uint64_t x)
     return (x | x << 2) & 0x1249249249249249ULL;
 }
 
-static inline uint64_t key_interleave(const uint64_t x[3], int shift)
+HD uint64_t key_interleave(const uint64_t x[3], int shift)
 {
     const uint64_t mask = ((uint64_t)1 << KEY_HALF) - 1;
     return key_spread(x[0] >> shift & mask) << 2 | key_spread(x[1] >> shift & mask) << 1
@@ -26,7 +27,7 @@ static inline uint64_t key_interleave(const uint64_t x[3], int shift)
 }
 
 /* Integer coordinates of a position in the cube of the given corner; scale = 2^42 / side. */
-static inline void key_grid(const double pos[3], const double corner[3], double scale, uint64_t x[3])
+HD void key_grid(const double pos[3], const double corner[3], double scale, uint64_t x[3])
 {
     const double top = (double)(((uint64_t)1 << KEY_LEVELS) - 1);
     for (int k = 0; k < 3; k++) {
@@ -36,7 +37,7 @@ static inline void key_grid(const double pos[3], const double corner[3], double 
 }
 
 /* Which of the eight children at `level` (1 to 42) a key lies in. */
-static inline int key_octant(struct key key, int level)
+HD int key_octant(struct key key, int level)
 {
     uint64_t half = level <= KEY_HALF ? key.high : key.low;
     int from_top = level <= KEY_HALF ? level : level - KEY_HALF;

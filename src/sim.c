@@ -295,8 +295,8 @@ void sim_free(struct sim *sim)
         mem_free(sim->use[u].state);
     }
     for (int s = 0; s < N_SPECIES; s++) species_free(&sim->species[s]);
-    device_close(sim->device);
     tree_free(&sim->tree);
+    device_close(sim->device);
     ghosts_free(sim->ghosts);
     domains_free(sim->domains);
     start_free(sim->start);

@@ -2,6 +2,7 @@
  * The octree: memory, build, groups. Which cells there are is decided in tree_cells.c, by the keys alone; what becomes of
  * them until the next build in tree_refit.c. */
 #include "tree_box.h"
+#include "tree_engine.h"
 #include "tree_cells.h"
 #include "comm.h"
 #include "ghosts.h"
@@ -81,22 +82,11 @@ void tree_free(struct tree *tree)
 #undef NODE
     mem_free(tree->active_count);
     mem_free(tree->node);
+    tree_engine_free(tree->engine);
+    tree->engine = NULL;
     tree->active_count = NULL;
     tree->node = NULL;
     tree->n_nodes = tree->capacity = 0;
-}
-
-/* Sums for the mean position and velocity. */
-struct centre { double weight, pos[3], vel[3]; };
-
-static void centre_set(struct node *node, const struct centre *c, double mass)
-{
-    node->mass = (float)mass;
-    for (int k = 0; k < 3; k++) {
-        node->pos[k] = c->pos[k] / c->weight;
-        node->vel[k] = (float)(c->vel[k] / c->weight);
-    }
-    open_box(node);
 }
 
 struct extremes { double low[3], high[3]; };
@@ -172,35 +162,6 @@ static double measure_leaf(const struct sim *sim, struct node *node)
     return closest;
 }
 
-static void measure_inner(struct tree *tree, struct node *node)
-{
-    struct centre c = {0};
-    double mass = 0;
-    for (int32_t k = 0; k < node->n_children; k++) mass += (double)tree->node[node->child + k].mass;
-    for (int32_t k = 0; k < node->n_children; k++) {
-        const struct node *child = &tree->node[node->child + k];
-        const double weight = mass > 0 ? (double)child->mass : (double)node_rows(child, ALL_SPECIES);
-        c.weight += weight;
-        for (int d = 0; d < 3; d++) {
-            c.pos[d] += weight * child->pos[d];
-            c.vel[d] += weight * (double)child->vel[d];
-        }
-    }
-    centre_set(node, &c, mass);
-    for (int32_t k = 0; k < node->n_children; k++) widen_for_child(node, &tree->node[node->child + k]);
-}
-
-/* Modules hold the rows of a leaf or a group as floats about its centre, with errors of up to 2^-24 of its
- * extent: 1.5e-5 of the distance of the closest rows at this ratio. One escaper at 1e7 radii, or two clumps
- * that far apart, go beyond; of cells of 128 random rows 0.2 % do. */
-static bool is_stretched(const struct node *node, double closest)
-{
-    const double ratio = 256;
-    double extent = 0;
-    for (int k = 0; k < 3; k++) extent = larger(extent, (double)node->high[k] - (double)node->low[k]);
-    return extent > ratio * closest;
-}
-
 /* Measures leaves and splits those that are stretched, until none is. closest: one a node. */
 static float *settle_leaves(struct sim *sim, struct cells *cells)
 {
@@ -220,7 +181,7 @@ static float *settle_leaves(struct sim *sim, struct cells *cells)
 static void finish_node(struct tree *tree, int32_t n, float *closest)
 {
     struct node *node = &tree->node[n];
-    if (node->n_children > 0) measure_inner(tree, node);
+    if (node->n_children > 0) measure_inner(tree->node, node);
     node->stretched = is_stretched(node, (double)closest[n]);
 }
 
@@ -247,19 +208,28 @@ static void finish_nodes(struct sim *sim, float *closest)
     }
 }
 
+static bool build_cells(struct sim *sim)
+{
+    struct cells *cells = tree_cells_begin(sim);
+    if (!cells) return false;
+    float *closest = settle_leaves(sim, cells);
+    tree_cells_end(cells);
+    sim->tree.n_fixed = sim->tree.n_nodes;
+    finish_nodes(sim, closest);
+    mem_free(closest);
+    return true;
+}
+
 bool tree_build(struct sim *sim)
 {
     struct tree *tree = &sim->tree;
     check(tree->leaf_size > 0);
     ghosts_forget(sim);
-    struct cells *cells = tree_cells_begin(sim);
-    if (!cells) return false;
-    float *closest = settle_leaves(sim, cells);
-    tree_cells_end(cells);
-    reserve_columns(tree);
+    for_species(sim, s) species_drop(s);
+    const bool device = sim_device(sim) && !sim->spread && tree_cells_device(sim);
+    if (sim->failure.set || (!device && !build_cells(sim))) return false;
     tree->n_fixed = tree->n_nodes;
-    finish_nodes(sim, closest);
-    mem_free(closest);
+    reserve_columns(tree);
     tree->built = tree->fitted = sim->time.tick;
     return true;
 }

@@ -6,6 +6,7 @@
  * widen them where they must. */
 #ifndef TEPHRA_TREE_H
 #define TEPHRA_TREE_H
+#include "hd.h"
 #include "species.h"
 
 struct sim;
@@ -42,6 +43,7 @@ struct tree {
     int64_t built, fitted;      /* ticks */
     double corner[3], side;     /* of the root's cube */
     int32_t *active_count;      /* per node: active own rows within; valid after tree_mark_active */
+    struct tree_engine *engine; /* on a device; made at the first build there */
     int width[N_NODE_COLUMNS];  /* elements a node; 0 = nobody asked */
 #define NODE(name, type, dims, ...) type (*name) dims;
     NODE_COLUMNS(NODE)
@@ -80,7 +82,7 @@ void *tree_column(const struct tree *tree, enum node_column column);
 size_t tree_node_bytes(const struct tree *tree, enum node_column column);
 /* Its children are not here. */
 static inline bool node_is_closed(const struct node *node) { return node->child < 0 && node->n_children > 0; }
-static inline int64_t node_rows(const struct node *node, unsigned mask)
+HD int64_t node_rows(const struct node *node, unsigned mask)
 {
     int64_t rows = 0;
     for (int s = 0; s < N_SPECIES; s++) rows += mask >> s & 1 ? node->count[s] : 0;

@@ -1,17 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * Private to the tree: boxes and speeds of cells, about rows and children. */
+ * Private to the tree: boxes and speeds of cells, about rows. */
 #ifndef TEPHRA_TREE_BOX_H
 #define TEPHRA_TREE_BOX_H
 #include "sim.h"
-#include <math.h>
-
-/* Plain comparisons become one instruction each; fmin and fmax are calls. */
-static inline double smaller(double a, double b) { return a < b ? a : b; }
-static inline double larger(double a, double b) { return a > b ? a : b; }
-
-/* A bound in float that certainly holds x. */
-static inline float below(double x) { return (float)x - 1.2e-7f * fabsf((float)x); }
-static inline float above(double x) { return (float)x + 1.2e-7f * fabsf((float)x); }
+#include "tree_fit.h"
 
 /* How fast a row is now, and by how much its velocity may change until its step ends. */
 static inline double row_velocity(const struct sim *sim, const struct species *s, int64_t i, double vel[3])
@@ -26,22 +18,6 @@ static inline double row_velocity(const struct sim *sim, const struct species *s
     return change * timeline_seconds(time, (int64_t)1 << s->rung[i]);
 }
 
-/* A box and a speed that hold nothing yet. */
-static inline void open_box(struct node *node)
-{
-    for (int k = 0; k < 3; k++) {
-        node->low[k] = INFINITY;
-        node->high[k] = -INFINITY;
-    }
-    node->speed = node->slack = 0;
-}
-
-static inline void widen(struct node *node, int k, double low, double high)
-{
-    node->low[k] = (float)smaller(node->low[k], below(low));
-    node->high[k] = (float)larger(node->high[k], above(high));
-}
-
 static inline void widen_for_row(const struct sim *sim, struct node *node, const struct species *s, int64_t i)
 {
     double pos[3], vel[3], change = row_velocity(sim, s, i, vel);
@@ -50,15 +26,6 @@ static inline void widen_for_row(const struct sim *sim, struct node *node, const
         double x = pos[k] - node->pos[k];
         widen(node, k, x, x);
         node->speed = (float)larger(node->speed, above(fabs(vel[k] - (double)node->vel[k]) + change));
-    }
-}
-
-static inline void widen_for_child(struct node *node, const struct node *child)
-{
-    for (int k = 0; k < 3; k++) {
-        double x = child->pos[k] - node->pos[k], v = fabs((double)child->vel[k] - (double)node->vel[k]);
-        widen(node, k, x + (double)child->low[k], x + (double)child->high[k]);
-        node->speed = (float)larger(node->speed, above(v + (double)child->speed));
     }
 }
 

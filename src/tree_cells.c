@@ -10,11 +10,18 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* The root's cube: its side a power of two and its corner on a grid of an eighth of that, so that
- * the cells stay put while the outermost rows move a little. */
+void tree_cells_cube(struct tree *tree, const double low[3], const double high[3])
+{
+    double extent = 0;
+    for (int k = 0; k < 3; k++) extent = fmax(extent, high[k] - low[k]);
+    if (extent == 0) extent = 1;
+    tree->side = ldexp(1.0, ilogb(extent / 0.875) + 1);
+    for (int k = 0; k < 3; k++) tree->corner[k] = floor(low[k] / (tree->side / 8)) * (tree->side / 8);
+}
+
 static bool choose_cube(struct sim *sim)
 {
-    double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY}, extent = 0;
+    double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
     for_species(sim, s)
         for (int64_t i = species_from(s); i < species_to(s); i++) {
             double pos[3];
@@ -31,11 +38,7 @@ static bool choose_cube(struct sim *sim)
     if (ranks_failed(sim)) return false;
     comm_min(low, 3);
     comm_max(high, 3);
-    for (int k = 0; k < 3; k++) extent = fmax(extent, high[k] - low[k]);
-    if (extent == 0) extent = 1;
-    struct tree *tree = &sim->tree;
-    tree->side = ldexp(1.0, ilogb(extent / 0.875) + 1);
-    for (int k = 0; k < 3; k++) tree->corner[k] = floor(low[k] / (tree->side / 8)) * (tree->side / 8);
+    tree_cells_cube(&sim->tree, low, high);
     return true;
 }
 
@@ -255,7 +258,6 @@ static void split_own(struct cells *b)
 struct cells *tree_cells_begin(struct sim *sim)
 {
     struct tree *tree = &sim->tree;
-    for_species(sim, s) species_drop(s);
     if (!choose_cube(sim)) return NULL;
     struct cells *b = mem_alloc("sort", sizeof *b);
     *b = (struct cells){.sim = sim, .tree = tree, .scale = ldexp(1.0, KEY_LEVELS) / tree->side};

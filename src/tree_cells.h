@@ -16,12 +16,19 @@ struct cells {
     int64_t from[N_SPECIES];            /* the first of these rows */
 };
 
+/* The root's cube of rows within low and high: its side a power of two and its corner on a grid of an eighth of that, so
+ * that the cells stay put while the outermost rows move a little. */
+void tree_cells_cube(struct tree *tree, const double low[3], const double high[3]);
 /* Sorts every species by key (ties by id) and makes the cells with their row ranges; geometry is
  * left to tree.c. NULL, with sim_fail, if a position is not finite. */
 struct cells *tree_cells_begin(struct sim *sim);
 /* Splits a leaf although it is small. Its children are the last nodes; none if its rows lie at one place. */
 void tree_cells_split(struct cells *cells, int32_t leaf);
 void tree_cells_end(struct cells *cells);
+
+/* All of it, and the centres and boxes of all cells, on the device of the simulation (tree_device.c). False where the CPU
+ * has to do it: a position is not finite, or rows do not fit (--device auto). Other faults of the device stop the run. */
+bool tree_cells_device(struct sim *sim);
 
 /* For domains.c. The whole key of a row that is here. */
 struct key tree_cells_key(const struct cells *cells, int s, int64_t row);

@@ -51,16 +51,16 @@ expect_status 0 "$program" run "$cluster" $stars --set time.end=0.125 --set time
 expect_text "sums in doubles are the CPU's" err
 same double4/snapshot_002.hdf5 cpu4/snapshot_002.hdf5
 expect_status 0 env SHIM_BYTES=1000 "$program" run "$cluster" $stars --set time.end=0.125 --set time.integrator=hermite4 --device auto --out full4
-expect_text 'hermite: hermite needs .* GB are free; the CPU goes on' full4/log.txt
+expect_text 'tree: rows needs .* GB are free; the CPU goes on' full4/log.txt
 same full4/snapshot_002.hdf5 cpu4/snapshot_002.hdf5
 
 # Too small a device: auto goes on on the CPU, bit for bit what it gives from the start; cuda ends with 5.
 export SHIM_BYTES=1000
 expect_status 0 "$program" run "$scene" $small --device auto --out small
-expect_text 'sph: rows needs .* GB are free; the CPU goes on' err
+expect_text 'tree: rows needs .* GB are free; the CPU goes on' err
 cmp cpu/energy.csv small/energy.csv || fail "the CPU after a full device is not the CPU"
 expect_status 5 "$program" run "$scene" $small --device cuda --out small2
-expect_text 'error: sph: rows needs' err
+expect_text 'error: tree: rows needs' err
 expect_status 5 "$program" run --restart cpu --set time.end=0.15 --device cuda
 expect_text 'the last checkpoint, of t = 0.1, is whole: tephra run --restart cpu' err
 unset SHIM_BYTES

@@ -8,6 +8,7 @@
 #define TEPHRA_LAUNCH_CUH
 #include <math.h>
 #include <stddef.h>
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
@@ -33,6 +34,7 @@ template <typename T> static inline T min(T a, T b) { return b < a ? b : a; }
 template <typename T> static inline T max(T a, T b) { return a < b ? b : a; }
 static inline int __popc(unsigned x) { return __builtin_popcount(x); }
 static inline int __ffs(int x) { return __builtin_ffs(x); }
+static inline int __clzll(long long x) { return x == 0 ? 64 : __builtin_clzll((unsigned long long)x); }
 static inline int __ffsll(long long x) { return __builtin_ffsll(x); }
 
 extern dim3 threadIdx, blockIdx, blockDim, gridDim;
@@ -64,6 +66,26 @@ template <typename T> static T __shfl_down_sync(unsigned mask, T value, unsigned
 static inline int __float_as_int(float x) { int bits; memcpy(&bits, &x, sizeof bits); return bits; }
 template <typename T> static T atomicMax(T *place, T value) { T old = *place; *place = max(old, value); return old; }
 template <typename T> static T atomicAdd(T *place, T value) { T old = *place; *place += value; return old; }
+
+/* Puts items into the order in which `before` has them, by heaps. */
+template <typename Before> static void shim_sort(int32_t *item, size_t n, Before before)
+{
+    for (size_t end = 2 * n; end > 1; end--) {     /* first the heap is made, from its middle down; then its top is taken */
+        const size_t size = end > n ? n : end - 1, from = end > n ? end - n - 1 : 0;
+        if (end <= n) {
+            const int32_t top = item[0];
+            item[0] = item[size];
+            item[size] = top;
+        }
+        for (size_t i = from, child; (child = 2 * i + 1) < size; i = child) {
+            if (child + 1 < size && before(item[child], item[child + 1])) child++;
+            if (!before(item[i], item[child])) break;
+            const int32_t swap = item[i];
+            item[i] = item[child];
+            item[child] = swap;
+        }
+    }
+}
 
 /* The part of the runtime that device_cuda.cu calls; memory of the device is memory of the host. */
 typedef struct shim_stream *cudaStream_t;
@@ -118,6 +140,46 @@ static inline const char *cudaGetErrorString(cudaError_t e)
 {
     return e == cudaErrorMemoryAllocation ? "out of memory" : e == cudaErrorNoDevice ? "no CUDA-capable device is detected"
          : e == cudaSuccess ? "no error" : "CUDA driver version is insufficient for CUDA runtime version";
+}
+
+/* What of CUB is called (src/cub.cuh): without memory of theirs, they say that they need a byte. */
+#define TEPHRA_CUB_CUH
+namespace cub {
+struct DeviceRadixSort {
+    template <typename Key, typename Value>
+    static cudaError_t SortPairs(void *temporary, size_t &bytes, const Key *key, Key *key_out, const Value *value, Value *value_out,
+                                 int n, int begin_bit, int end_bit, cudaStream_t)
+    {
+        bytes = 1;
+        if (!temporary) return cudaSuccess;
+        const Key mask = (Key)((end_bit < (int)(8 * sizeof(Key)) ? (Key)1 << end_bit : 0) - ((Key)1 << begin_bit));
+        int32_t *place = (int32_t *)malloc((size_t)n * sizeof *place);
+        for (int i = 0; i < n; i++) place[i] = i;
+        shim_sort(place, (size_t)n, [=](int32_t a, int32_t b) {
+            return (key[a] & mask) != (key[b] & mask) ? (key[a] & mask) < (key[b] & mask) : a < b;
+        });
+        for (int i = 0; i < n; i++) {
+            key_out[i] = key[place[i]];
+            value_out[i] = value[place[i]];
+        }
+        free(place);
+        return cudaSuccess;
+    }
+};
+struct DeviceScan {
+    template <typename Value>
+    static cudaError_t ExclusiveSum(void *temporary, size_t &bytes, const Value *value, Value *sum, int n, cudaStream_t)
+    {
+        bytes = 1;
+        Value before = 0;
+        for (int i = 0; i < n && temporary; i++) {
+            const Value own = value[i];
+            sum[i] = before;
+            before += own;
+        }
+        return cudaSuccess;
+    }
+};
 }
 
 template <typename Call> static void shim_call(const void *call) { (*(const Call *)call)(); }
