@@ -118,6 +118,23 @@ HD void cell_to_local(real *local, real mass, const real *moment, const real *d,
 #undef CELL_5
 }
 
+/* The same of a cell whose moments and derivatives are in units of its own distance: a term of order n goes in times part[n]. One
+ * term after the other, so that none needs room of its own. */
+HD void cell_to_local_scaled(real *local, real mass, const real *moment, const real *d, const real *part, int order)
+{
+#define CELL_WHOLE(a, b, c) { real l = mass * d[CELL_INDEX(a, b, c)]; \
+    if (order > 2 && order >= a + b + c + 2) l = cell_contract(l, moment, d, 2, a, b, c); \
+    if (order > 3 && order >= a + b + c + 3) l = cell_contract(l, moment, d, 3, a, b, c); \
+    if (order > 4 && order >= a + b + c + 4) l = cell_contract(l, moment, d, 4, a, b, c); \
+    if (order > 5 && order >= a + b + c + 5) l = cell_contract(l, moment, d, 5, a, b, c); \
+    local[CELL_INDEX(a, b, c)] = real_fma(part[a + b + c], l, local[CELL_INDEX(a, b, c)]); }
+    CELL_ORDER_0(CELL_WHOLE) CELL_ORDER_1(CELL_WHOLE) CELL_ORDER_2(CELL_WHOLE) CELL_ORDER_3(CELL_WHOLE)
+    if (order >= 4) { CELL_ORDER_4(CELL_WHOLE) }
+    if (order >= 5) { CELL_ORDER_5(CELL_WHOLE) }
+    if (order >= 6) { CELL_ORDER_6(CELL_WHOLE) }
+#undef CELL_WHOLE
+}
+
 /* One cell's potential and force at a row: the terms n = 0 and 1 of the same, all k < order. */
 HD void cell_to_row(real *local, real mass, const real *moment, const real *d, int order)
 {

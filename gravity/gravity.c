@@ -112,7 +112,7 @@ static void set_softening(struct sim *sim, struct gravity *g)
  * machines measured) is below that of a walk with lists (0.5 microseconds). */
 enum { DIRECT_ROWS = 2000 };
 /* The same on a device, whose direct sums cost N^2 / 1e12 s (half of what its instructions allow, doc/gpu-results.md),
- * while the tree and the lists are made by the CPU: 0.1 microseconds a row. Computed, not measured. */
+ * while moments and lists are made by the CPU: 0.1 microseconds a row. Computed, not measured. */
 enum { DIRECT_ROWS_DEVICE = 50000 };
 
 /* A pair errs by three times the guess of 1/sqrt at most, a sum of many by a hundredth (N = 1e6) or a
@@ -133,18 +133,21 @@ static void set_mutual_sizes(const struct gravity *g, struct gravity_opening *o)
     o->group_size = o->leaf_size = g->group_size > 0 ? (int)g->group_size : g->leaf_size > 0 ? (int)g->leaf_size : MUTUAL_ROWS;
 }
 
+/* Whether walks are the device's, as long as the rows fit. */
+static bool on_device(const struct sim *sim, const struct gravity *g) { return sim->device && !g->adaptive && !g->mutual; }
+
 static void set_opening(struct sim *sim, struct gravity *g)
 {
     struct gravity_opening *o = &g->opening;
-    const bool device = sim->device && !g->adaptive && !g->mutual;
+    const bool device = on_device(sim, g);
     o->solver = (enum gravity_solver)g->solver;
     if (g->rows == 0)
         for_species(sim, s) g->rows += s->n;
     if (o->solver == SOLVER_AUTO)
         o->solver = g->rows <= (device ? DIRECT_ROWS_DEVICE : DIRECT_ROWS) || g->precision == PRECISION_DOUBLE
-                  ? SOLVER_DIRECT : device ? SOLVER_TREE : SOLVER_FMM;
+                  ? SOLVER_DIRECT : SOLVER_FMM;
     gravity_settings(o, g->accuracy);
-    if (device && o->solver == SOLVER_TREE) o->group_size = WALK_GROUP;
+    if (device && o->solver != SOLVER_DIRECT) o->group_size = WALK_GROUP;
     if (g->order > 0) o->order = (int)g->order;
     if (g->group_size > 0) o->group_size = (int)g->group_size;
     if (g->leaf_size > 0) o->leaf_size = (int)g->leaf_size;
@@ -221,16 +224,19 @@ void gravity_configure(struct sim *sim, struct gravity *g)
 }
 
 /* What was picked and what it costs; with explicit settings there is nothing to say. */
-static void tell_settings(const struct gravity *g)
+static void tell_settings(const struct gravity *g, bool device)
 {
     const struct gravity_opening *o = &g->opening;
     if (o->solver == SOLVER_DIRECT || g->order > 0 || !isnan(g->opening_angle) || !isnan(g->tolerance)) return;
     const struct gravity_front *front = gravity_settings_row(o->solver, g->accuracy);
+    char *cost = device ? mem_text("gravity", "on the device")
+                        : mem_format("gravity", "%.2f microseconds of CPU a row", front->cpu);
     log_line("gravity: accuracy %g: %s order %d, %s %.3g, groups of %d, leaves of %d, %s pairs (row \"%s\" of "
-             "doc/charts/gravity.csv: 99 %% err by %.1e at most, %.2f microseconds of CPU a row)", g->accuracy,
+             "doc/charts/gravity.csv: 99 %% err by %.1e at most, %s)", g->accuracy,
              o->solver == SOLVER_FMM ? "fmm" : "tree", o->order, o->solver == SOLVER_FMM ? "tolerance" : "angle",
              o->solver == SOLVER_FMM ? o->alpha : o->theta, o->group_size, o->leaf_size,
-             g->refinement == GRAVITY_ROUGH ? "rough" : "refined", front->row, front->p99, front->cpu);
+             !device && g->refinement == GRAVITY_ROUGH ? "rough" : "refined", front->row, front->p99, cost);
+    mem_free(cost);
 }
 
 /* The rows are there: the solver may depend on their number. */
@@ -238,16 +244,14 @@ static void begin(struct sim *sim, void *state)
 {
     const struct gravity *g = state;
     gravity_configure(sim, state);
-    tell_settings(g);
+    tell_settings(g, on_device(sim, g));
     if (g->adaptive && !(species_has(&sim->species[GAS], COLUMN_h) && sim->tree.width[NODE_h_max] > 0))
         problems_add(&sim->problems, "gravity.softening_adaptive: there are no smoothing lengths without a block sph");
-    if (sim->device && g->adaptive) log_line("gravity: softening_adaptive is the CPU's");
+    if (sim->device && (g->adaptive || g->mutual || g->precision == PRECISION_DOUBLE))
+        log_line("gravity: %s is the CPU's", g->adaptive ? "softening_adaptive" : g->mutual ? "mutual" : "precision double");
     if (g->mutual && g->opening.solver == SOLVER_FMM)
         log_line("gravity: mutual: momentum is kept where the steps of all rows end together, to 1e-7 of the forces; steps of "
                  "fewer rows keep it within their errors alone (time.steps: common has none)");
-    else if (sim->device && (g->opening.solver == SOLVER_FMM || g->precision == PRECISION_DOUBLE))
-        log_line("gravity: %s is the CPU's; the device has solver tree, and direct in floats",
-                 g->opening.solver == SOLVER_FMM ? "solver fmm" : "precision double");
 }
 
 static void end(struct sim *sim, void *state)
@@ -285,8 +289,7 @@ static void compute(struct sim *sim, struct gravity *g, enum gravity_output outp
 {
     if (sim->tree.n_nodes == 0) return;
     if (g->opening.solver == SOLVER_DIRECT) gravity_direct(sim, g, output);
-    else if (g->opening.solver != SOLVER_TREE || g->adaptive || !sim_device(sim) || !gravity_walk_device(sim, g, output))
-        gravity_walk(sim, g, output);
+    else if (g->adaptive || g->mutual || !sim_device(sim) || !gravity_walk_device(sim, g, output)) gravity_walk(sim, g, output);
 }
 
 /* The first force of a run has no accelerations to measure its errors by: a walk by angles alone

@@ -121,7 +121,7 @@ void gravity_direct(struct sim *sim, struct gravity *g, enum gravity_output outp
 /* The same on the device of the simulation, in pairs of floats; false if the rows do not fit and the
  * CPU may do it instead (--device auto). */
 bool gravity_direct_device(struct sim *sim, struct gravity *g, enum gravity_output output);
-/* The same of solver tree. */
+/* The same of solvers tree and fmm, without softening_adaptive and mutual. */
 bool gravity_walk_device(struct sim *sim, struct gravity *g, enum gravity_output output);
 
 /* Acceleration and potential of listed rows of one species by direct sums in double: acc[4 i] is

@@ -44,48 +44,16 @@ HD struct batch judge_load(const float (*record)[RECORD])
     return b;
 }
 
-HD real real_root(real x2)
-{
-    real y = real_rsqrt_guess(x2);
-    return y * (1.5f - 0.5f * x2 * y * y);
-}
-
 HD simd_int judge_leaf(struct batch b)
 { return ((simd_int)b.field[N_CHILDREN] & 0xffff) == 0; }
 
-/* Error of the acceleration through the local expansion times d^2, against the tolerance: Dehnen
- * (2014), eq. 16: sum over k of binomial(P, k) |M_k| r^(P-k) / d^P; no dipole. *too_large: the target is, since
- * the part of its size, that of k = 0, is beyond by itself. */
-HD simd_int judge_local(struct batch b, const struct gravity_view *v, real unit1, real d2, int order, real support,
-                        simd_int *too_large)
-{
-    real reach = b.field[REACH] * unit1, sum = reach + v->radius, edge = sum + support;
-    simd_int fits = (sum * sum < v->theta2 * d2) & (edge * edge < d2) & (d2 >= v->near2)
-                  & (v->radius * v->radius < v->theta2_target * d2);
-    real y = real_root(real_max(d2, real_splat(REAL_FLOOR)));
-    real t = v->radius * y, u = b.field[SCALE] * unit1 * y, power = u * u;
-    real error = b.field[MASS] * t * t + b.field[POWER] * power, size = b.field[MASS] * t * t;
-    for (int k = 3; k <= order; k++) {
-        size *= t;
-        power *= u;
-        error = error * t + b.field[POWER + k - 2] * power;
-    }
-    *too_large = ~(size < v->tolerance * d2);
-    return fits & (error < v->tolerance * d2);
-}
+/* With the lengths of the cell in the target's unit. */
+HD struct judge_source judge_source(const struct batch *b, real unit1)
+{ return (struct judge_source){ b->field[MASS], b->field[REACH] * unit1, b->field[SCALE] * unit1, b->field + POWER }; }
 
 /* Squared distance of the cell's centre from the target's box. */
 HD real judge_box(struct batch b, const struct gravity_view *v)
 { return judge_box2(b.field[X], b.field[Y], b.field[Z], v->half); }
-
-/* May the cell act on the rows of a group? Its sphere never touches the group's box. */
-HD simd_int judge_cell(struct batch b, const struct gravity_view *v, real unit1, real least2, real support)
-{
-    real reach = b.field[REACH] * unit1, edge = reach + support;
-    simd_int fits = (reach * reach < v->theta2_cell * least2) & (edge * edge < least2) & (least2 >= v->near2);
-    real y = real_root(real_max(least2, real_splat(REAL_FLOOR))), u = b.field[SCALE] * unit1 * y;
-    return fits & (v->quadrupole * b.field[POWER] * u * u * reach * y < v->tolerance * least2);
-}
 
 /* Two cells that may act on each other, and the target's tolerance over d^2. */
 struct side { real mass, reach, scale, power[5], tolerance; };
@@ -113,7 +81,7 @@ HD simd_int judge_side_error(struct side a, struct side b, real y, real d2, int 
 HD simd_int judge_pair(struct side a, struct side b, const struct gravity_view *v, real d2, int order, real support)
 {
     real sum = a.reach + b.reach, edge = sum + support, larger = real_max(a.reach, b.reach);
-    real y = real_root(real_max(d2, real_splat(REAL_FLOOR)));
+    real y = judge_root(real_max(d2, real_splat(REAL_FLOOR)));
     return (sum * sum < v->theta2 * d2) & (edge * edge < d2) & (d2 >= v->near2) & (larger * larger < v->theta2_target * d2)
          & judge_side_error(a, b, y, d2, order) & judge_side_error(b, a, y, d2, order);
 }
@@ -129,7 +97,8 @@ HD simd_int judge_by_error(struct batch b, const struct gravity_view *v, int ord
 {
     real unit1 = real_splat((float)(1 / v->unit)), support = judge_support(b, v, unit1, adaptive);
     real d2 = b.field[X] * b.field[X] + b.field[Y] * b.field[Y] + b.field[Z] * b.field[Z];
-    simd_int rest, too_large, local = judge_local(b, v, unit1, d2, order, support, &too_large);
+    struct judge_source source = judge_source(&b, unit1);
+    simd_int rest, too_large, local = judge_local(source, v, d2, order, support, &too_large);
     if (v->no_local) {
         local = judge_all(0);
         too_large = ~local;
@@ -137,7 +106,7 @@ HD simd_int judge_by_error(struct batch b, const struct gravity_view *v, int ord
     if (v->group) {
         rest = judge_choose(too_large, judge_all(GRAVITY_OPEN_FAR), judge_all(GRAVITY_OPEN));
         rest = judge_choose(judge_leaf(b), judge_all(GRAVITY_NEAR), rest);
-        rest = judge_choose(judge_cell(b, v, unit1, judge_box(b, v), support), judge_all(GRAVITY_FAR), rest);
+        rest = judge_choose(judge_cell(source, v, judge_box(b, v), support), judge_all(GRAVITY_FAR), rest);
     } else {
         simd_int open = (b.field[REACH] * unit1 > v->open_ratio * v->radius) & ~judge_leaf(b);
         rest = judge_choose(open, judge_all(GRAVITY_OPEN), judge_all(GRAVITY_WAIT));

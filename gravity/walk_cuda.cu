@@ -6,40 +6,19 @@
  * centre (the double difference is taken once an entry); full ones act on the targets at once. Sums over a
  * list or tile are floats, those over all of them doubles.
  *
+ * By an error (solver fmm) a group walks twice: expand_cuda.cu has summed the cells that go into its local expansion, and
+ * what is left, cells and rows on rows, is added here.
+ *
  * Lanes carry one or two targets. Where a group has 16 or fewer, several lanes share one: each takes
  * every second, fourth ... source, and the parts are added at the end in one order. */
-#include "device.cuh"
-#include "real_device.cuh"
-#include "warp.cuh"
+#include "walk.cuh"
 #include "cell.h"
-#include "judge.h"
 #include "pair.h"
 extern "C" {
 #include "mem.h"
-#include "walk_engine.h"
 }
 
 enum { WARPS_MAX = 4, TILE = 128, ROOM = TILE + LANES, FAR = 2 * LANES };
-
-/* The sources on the device. */
-struct walk_field {
-    const struct gravity_cell *cell;
-    const struct gravity_leaf *leaf;
-    const float *moment;
-    int width;
-    const float4 *row;
-    const float *soft;
-    double unit1, far_soft2;        /* one over the unit of pairs */
-};
-
-struct walk_wanted {
-    int n;
-    const struct gravity_view *view;
-    const int32_t *first;
-    const struct walk_target *target;
-    float4 *field;
-    unsigned long long *counts;     /* cells, pairs */
-};
 
 /* A cell that acts, in the unit of the group. */
 struct __align__(16) walk_cell { float4 place; struct cell_quadrupole moment; };
@@ -57,8 +36,7 @@ struct __align__(16) walk_memory {
 /* A warp at work: the same in all lanes but for lane, slot and part. */
 struct walk_warp {
     struct walk_memory *memory;
-    const struct gravity_view *view;
-    double centre[3], unit1;        /* of the group; one over its unit */
+    struct walk_eye eye;
     int lane, slot, part, parts;    /* this lane's target (and slot + 32), and which of the sources it takes */
     int depth, rows, far;           /* entries in use */
     int own_from, own_to;           /* rows of the group */
@@ -140,8 +118,8 @@ DEVICE void walk_add_leaf(struct walk_warp *w, struct walk_row *t, const struct 
     struct walk_memory *m = w->memory;
     const struct gravity_leaf leaf = f->leaf[n];
     const double *pos = f->cell[n].pos;
-    const float x = (float)((pos[0] - w->centre[0]) * f->unit1), y = (float)((pos[1] - w->centre[1]) * f->unit1),
-                z = (float)((pos[2] - w->centre[2]) * f->unit1);
+    const float x = (float)((pos[0] - w->eye.centre[0]) * f->unit1), y = (float)((pos[1] - w->eye.centre[1]) * f->unit1),
+                z = (float)((pos[2] - w->eye.centre[2]) * f->unit1);
     const bool own = leaf.first >= w->own_from && leaf.first < w->own_to;
     for (int from = 0; from < leaf.n; from += LANES) {
         int i = leaf.first + from + w->lane, at = w->rows + w->lane;
@@ -165,16 +143,16 @@ template <int count, bool quadrupole>
 DEVICE void walk_cells_act(struct walk_warp *w, struct walk_row *t, const struct walk_field *f, int n)
 {
     struct walk_memory *m = w->memory;
-    const float soft2 = (float)(f->far_soft2 * w->unit1 * w->unit1), length = w->length;
+    const float soft2 = (float)(f->far_soft2 * w->eye.unit1 * w->eye.unit1), length = w->length;
     __syncwarp();
     if (w->lane < n) {
         const struct gravity_cell *cell = &f->cell[m->far[w->lane]];
-        const float unit = cell->scale * (float)w->unit1, unit2 = unit * unit;
+        const float unit = cell->scale * (float)w->eye.unit1, unit2 = unit * unit;
         const float *q = f->moment + (int64_t)f->width * m->far[w->lane];
         struct walk_cell *to = &m->cell[w->lane];
-        to->place = make_float4((float)((cell->pos[0] - w->centre[0]) * w->unit1),
-                                (float)((cell->pos[1] - w->centre[1]) * w->unit1),
-                                (float)((cell->pos[2] - w->centre[2]) * w->unit1), cell->mass);
+        to->place = make_float4((float)((cell->pos[0] - w->eye.centre[0]) * w->eye.unit1),
+                                (float)((cell->pos[1] - w->eye.centre[1]) * w->eye.unit1),
+                                (float)((cell->pos[2] - w->eye.centre[2]) * w->eye.unit1), cell->mass);
         if (quadrupole) to->moment = (struct cell_quadrupole){unit2 * q[0], unit2 * q[1], unit2 * q[2],
                                                               unit2 * q[3], unit2 * q[4], unit2 * q[5]};
     }
@@ -199,26 +177,24 @@ DEVICE void walk_cells_act(struct walk_warp *w, struct walk_row *t, const struct
     __syncwarp();
 }
 
-DEVICE bool walk_accepts(const struct walk_warp *w, const struct gravity_cell *cell)
-{
-    const struct gravity_view *v = w->view;
-    const float x = (float)((cell->pos[0] - w->centre[0]) * w->unit1), y = (float)((cell->pos[1] - w->centre[1]) * w->unit1),
-                z = (float)((cell->pos[2] - w->centre[2]) * w->unit1);
-    return judge_angle(cell->reach * (float)w->unit1, judge_box2(x, y, z, v->half), v->theta2, v->support, v->near2);
-}
-
-/* One turn: `cell` of each lane is judged. */
-template <softening_form form, bool quadrupole, int count>
+/* One turn: `n` of each lane is judged, a cell or, with NO_LOCAL, one that goes into no expansion. */
+template <softening_form form, enum walk_rule rule, int count>
 DEVICE void walk_turn(struct walk_warp *w, struct walk_row *t, const struct walk_field *f, int32_t n)
 {
     struct walk_memory *m = w->memory;
-    const struct gravity_cell *cell = &f->cell[n < 0 ? 0 : n];
-    bool far = n >= 0 && walk_accepts(w, cell), near = n >= 0 && !far && cell->n_children == 0, open = n >= 0 && !far && !near;
-    warp_push(&m->stack, &w->depth, w->lane, open, cell->child, cell->n_children);
+    const bool here = n >= 0, no_local = here && (n & NO_LOCAL);
+    n = here ? n & ~NO_LOCAL : 0;
+    const struct gravity_cell *cell = &f->cell[n];
+    const int verdict = !here ? GRAVITY_LOCAL : rule == BY_ERROR ? walk_by_error(&w->eye, cell, f->order, no_local)
+                                                                 : walk_by_angle(&w->eye, cell);
+    const bool far = verdict == GRAVITY_FAR, near = verdict == GRAVITY_NEAR,
+               open = verdict == GRAVITY_OPEN || verdict == GRAVITY_OPEN_FAR;
+    warp_push(&m->stack, &w->depth, w->lane, open, verdict == GRAVITY_OPEN_FAR ? cell->child | NO_LOCAL : cell->child,
+              cell->n_children);
     int place = warp_place(w->lane, far, &w->far);
     if (far) m->far[place] = n;
     if (w->far >= LANES) {
-        walk_cells_act<count, quadrupole>(w, t, f, LANES);
+        walk_cells_act<count, rule != MONOPOLES>(w, t, f, LANES);
         w->far -= LANES;
         if (w->lane < w->far) m->far[w->lane] = m->far[LANES + w->lane];
     }
@@ -228,7 +204,7 @@ DEVICE void walk_turn(struct walk_warp *w, struct walk_row *t, const struct walk
 }
 
 /* Up to 32 targets times `count`, from `from` on. */
-template <softening_form form, bool quadrupole, int count>
+template <softening_form form, enum walk_rule rule, int count>
 DEVICE void walk_targets(struct walk_warp *w, const struct walk_field *f,
                                                     const struct walk_wanted *wanted, int from, int n)
 {
@@ -242,31 +218,34 @@ DEVICE void walk_targets(struct walk_warp *w, const struct walk_field *f,
         const struct walk_target target = wanted->target[from + min(w->slot + k * LANES, n - 1)];
         const float4 row = f->row[target.row];
         const double *pos = f->cell[target.leaf].pos;
-        t[k].x = row.x + (float)((pos[0] - w->centre[0]) * f->unit1);
-        t[k].y = row.y + (float)((pos[1] - w->centre[1]) * f->unit1);
-        t[k].z = row.z + (float)((pos[2] - w->centre[2]) * f->unit1);
+        t[k].x = row.x + (float)((pos[0] - w->eye.centre[0]) * f->unit1);
+        t[k].y = row.y + (float)((pos[1] - w->eye.centre[1]) * f->unit1);
+        t[k].z = row.z + (float)((pos[2] - w->eye.centre[2]) * f->unit1);
         t[k].soft = form == SOFT_COMMON ? 0.f : f->soft[target.row];
         t[k].index = target.row;
         for (int c = 0; c < 4; c++) t[k].sum[c] = 0;
     }
     w->depth = w->rows = w->far = 0;
     w->own = false;
-    walk_turn<form, quadrupole, count>(w, t, f, w->lane == 0 ? 0 : -1);
-    while (w->depth > 0) walk_turn<form, quadrupole, count>(w, t, f, warp_pop(&w->memory->stack, &w->depth, w->lane));
-    if (w->far > 0) walk_cells_act<count, quadrupole>(w, t, f, w->far);
+    walk_turn<form, rule, count>(w, t, f, w->lane == 0 ? 0 : -1);
+    while (w->depth > 0) walk_turn<form, rule, count>(w, t, f, warp_pop(&w->memory->stack, &w->depth, w->lane));
+    if (w->far > 0) walk_cells_act<count, rule != MONOPOLES>(w, t, f, w->far);
     if (w->rows > 0) walk_rows_act<form, count>(w, t, w->rows);
     for (int lanes = slots; lanes < LANES; lanes *= 2)
         for (int c = 0; c < 4; c++) t[0].sum[c] += __shfl_xor_sync(~0u, t[0].sum[c], lanes);
     const double area1 = f->unit1 * f->unit1;
 #pragma unroll
-    for (int k = 0; k < count; k++)
-        if (w->part == 0 && w->slot + k * LANES < n)
-            wanted->field[from + w->slot + k * LANES] = make_float4((float)(area1 * t[k].sum[0]), (float)(area1 * t[k].sum[1]),
-                (float)(area1 * t[k].sum[2]), (float)(-f->unit1 * t[k].sum[3]));
+    for (int k = 0; k < count; k++) {
+        if (w->part > 0 || w->slot + k * LANES >= n) continue;
+        float4 *to = &wanted->field[from + w->slot + k * LANES];
+        const float4 far = rule == BY_ERROR ? *to : make_float4(0, 0, 0, 0);    /* of the local expansion */
+        *to = make_float4((float)(area1 * t[k].sum[0] + far.x), (float)(area1 * t[k].sum[1] + far.y),
+                          (float)(area1 * t[k].sum[2] + far.z), (float)(far.w - f->unit1 * t[k].sum[3]));
+    }
 }
 
 /* A group a warp. */
-template <softening_form form, bool quadrupole>
+template <softening_form form, enum walk_rule rule>
 static __global__ void __launch_bounds__(LANES * WARPS_MAX, 4) walk_group(struct walk_field f, struct walk_wanted wanted)
 {
     __shared__ struct walk_memory memory[WARPS_MAX];
@@ -274,21 +253,19 @@ static __global__ void __launch_bounds__(LANES * WARPS_MAX, 4) walk_group(struct
     if (group >= wanted.n) return;
     struct walk_warp w = {};
     w.memory = &memory[warp];
-    w.view = &wanted.view[group];
+    w.eye = walk_eye_of(&wanted.view[group]);
     w.lane = (int)(threadIdx.x % LANES);
-    for (int k = 0; k < 3; k++) w.centre[k] = w.view->centre[k];
-    w.unit1 = 1 / w.view->unit;
-    w.length = (float)(w.unit1 / f.unit1);
+    w.length = (float)(w.eye.unit1 / f.unit1);
     w.soft2 = (float)(f.far_soft2 * f.unit1 * f.unit1);
-    w.own_from = f.leaf[w.view->cell].first;
-    w.own_to = w.own_from + f.leaf[w.view->cell].n;
+    w.own_from = f.leaf[w.eye.view->cell].first;
+    w.own_to = w.own_from + f.leaf[w.eye.view->cell].n;
     const int end = wanted.first[group + 1];
     unsigned long long cells = 0, pairs = 0;
     for (int from = wanted.first[group]; from < end; from += WALK_GROUP) {
         const int n = min(end - from, (int)WALK_GROUP);
         w.cells = w.pairs = 0;
-        if (n > LANES) walk_targets<form, quadrupole, 2>(&w, &f, &wanted, from, n);
-        else walk_targets<form, quadrupole, 1>(&w, &f, &wanted, from, n);
+        if (n > LANES) walk_targets<form, rule, 2>(&w, &f, &wanted, from, n);
+        else walk_targets<form, rule, 1>(&w, &f, &wanted, from, n);
         cells += (unsigned long long)w.cells * (unsigned)n;
         pairs += (unsigned long long)w.pairs * (unsigned)n;
     }
@@ -297,13 +274,9 @@ static __global__ void __launch_bounds__(LANES * WARPS_MAX, 4) walk_group(struct
     atomicAdd(&wanted.counts[1], pairs);
 }
 
-typedef void walk_kernel(struct walk_field, struct walk_wanted);
-
-/* By form and order: monopoles, quadrupoles. */
-static walk_kernel *const walk_kernels[3][2] = {
-    {walk_group<SOFT_COMMON, false>, walk_group<SOFT_COMMON, true>},
-    {walk_group<SOFT_PLUMMER, false>, walk_group<SOFT_PLUMMER, true>},
-    {walk_group<SOFT_SPLINE, false>, walk_group<SOFT_SPLINE, true>}};
+/* By form and rule. */
+#define WALK_FORM(form) {walk_group<form, MONOPOLES>, walk_group<form, QUADRUPOLES>, walk_group<form, BY_ERROR>}
+static walk_kernel *const walk_kernels[3][3] = {WALK_FORM(SOFT_COMMON), WALK_FORM(SOFT_PLUMMER), WALK_FORM(SOFT_SPLINE)};
 
 /* A block of the device that grows with what it is to hold. */
 struct walk_block { void *at; size_t bytes; };
@@ -314,7 +287,6 @@ struct walk_engine {
     int form, warps;
     struct walk_block block[COLUMNS];
     struct walk_field field;
-    bool quadrupole;
 };
 
 struct walk_engine *walk_engine_create(struct device *device, int warps)
@@ -354,7 +326,7 @@ void walk_engine_sources(struct walk_engine *e, const struct walk_sources *s)
 {
     const size_t cells = (size_t)s->n_cells, rows = (size_t)s->n_rows;
     e->form = s->form;
-    e->quadrupole = s->width > 0;
+    e->field.order = s->order;
     e->field.cell = (const struct gravity_cell *)walk_send(e, CELL, s->cell, cells * sizeof *s->cell);
     e->field.leaf = (const struct gravity_leaf *)walk_send(e, LEAF, s->leaf, cells * sizeof *s->leaf);
     e->field.moment = (const float *)walk_send(e, MOMENT, s->moment, cells * (size_t)s->width * sizeof *s->moment);
@@ -377,7 +349,11 @@ void walk_engine_sum(struct walk_engine *e, const struct walk_groups *groups, fl
     wanted.target = (const struct walk_target *)walk_send(e, TARGET, groups->target, targets * sizeof *groups->target);
     wanted.field = (float4 *)walk_reserve(e, FIELD, targets * sizeof *wanted.field);
     wanted.counts = (unsigned long long *)walk_send(e, COUNTS, none, sizeof none);
-    device_launch(e->device, "walk_group", walk_kernels[e->form][e->quadrupole],
+    const enum walk_rule rule = e->field.order > 2 ? BY_ERROR : e->field.order == 2 ? QUADRUPOLES : MONOPOLES;
+    if (rule == BY_ERROR)
+        device_launch(e->device, "walk_expand", walk_expand_kernel(e->field.order), dim3((unsigned)groups->n), dim3(LANES),
+                      e->field, wanted);
+    device_launch(e->device, "walk_group", walk_kernels[e->form][rule],
                   dim3((unsigned)((groups->n + e->warps - 1) / e->warps)), dim3((unsigned)(LANES * e->warps)), e->field, wanted);
     device_download(e->device, field, wanted.field, targets * sizeof *field);
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * Solver tree on a device: cells, moments and staged rows of the host's tree go over; accelerations and
+ * Solvers tree and fmm on a device: cells, moments and staged rows of the host's tree go over; accelerations and
  * potentials of the active rows come back. */
 #include "device.h"
 #include "walk.h"
@@ -88,7 +88,7 @@ static void send_sources(const struct sim *sim, const struct gravity *g)
     walk_engine_sources(g->walk_engine, &(struct walk_sources){
         .n_cells = g->n_cells, .n_rows = rows, .cell = g->cell, .leaf = g->leaf, .moment = sim->tree.moment,
         .width = sim->tree.width[NODE_moment], .row = g->row, .soft = g->pair_form == SOFT_COMMON ? NULL : g->soft,
-        .form = (int)g->pair_form, .unit = g->unit, .far_soft2 = g->far_soft2});
+        .order = g->opening.order, .form = (int)g->pair_form, .unit = g->unit, .far_soft2 = g->far_soft2});
 }
 
 static void deliver(const struct walk *w, const struct wanted *wanted, float (*field)[4])

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * The solver `tree` on a device: one warp walks the tree for one group of target rows and sums, as it
+ * The solvers `tree` and `fmm` on a device: one warp walks the tree for one group of target rows and sums, as it
  * goes, what acts on them. walk_cuda.cu is built where nvcc works, walk_none.c elsewhere.
  *
  * Opening and formulas are the CPU's (judge.h, cell.h, pair.h), so a group meets the same cells and
@@ -24,6 +24,7 @@ struct walk_sources {
     const struct gravity_leaf *leaf;    /* one a cell */
     const float *moment;                /* `width` a cell, 0: monopoles */
     int width;
+    int order;                          /* 1, 2: by an angle, as monopoles or quadrupoles; 3 to 6: by an error */
     const struct gravity_source *row;
     const float *soft;                  /* one a row; NULL where softening is common */
     int form;                           /* enum softening_form */

@@ -234,7 +234,7 @@ DEVICE double tree_velocities(const struct tree_input *in, const struct node *no
 }
 
 /* Centre, box and speed of a leaf; returns the least distance of its rows. The warp. */
-DEVICE double tree_measure(const struct tree_input *in, struct node *to, struct tree_tile *tile)
+DEVICE double tree_measure_leaf(const struct tree_input *in, struct node *to, struct tree_tile *tile)
 {
     const int lane = (int)threadIdx.x % LANES;
     struct node node = *to;
@@ -278,7 +278,7 @@ static __global__ void __launch_bounds__(GROUP) tree_leaves(struct tree_input in
     if (n < to) {
         closest[n] = INFINITY;
         if (node[n].n_children == 0) {
-            const double distance = (double)(float)tree_measure(&in, &node[n], &tile[threadIdx.x / LANES]);
+            const double distance = (double)(float)tree_measure_leaf(&in, &node[n], &tile[threadIdx.x / LANES]);
             int32_t first[N_SPECIES], count[N_SPECIES];
             if (lane == 0) closest[n] = (float)distance;
             if (is_stretched(&node[n], distance))

@@ -28,6 +28,8 @@ struct dim3 {
     dim3(unsigned x = 1, unsigned y = 1, unsigned z = 1) : x(x), y(y), z(z) {}
 };
 struct alignas(16) float4 { float x, y, z, w; };
+struct float3 { float x, y, z; };
+static inline float3 make_float3(float x, float y, float z) { return {x, y, z}; }
 static inline float4 make_float4(float x, float y, float z, float w) { return {x, y, z, w}; }
 static inline float rsqrtf(float x) { return 1.f / sqrtf(x); }
 template <typename T> static inline T min(T a, T b) { return b < a ? b : a; }
