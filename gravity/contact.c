@@ -61,7 +61,7 @@ static double field_of_rows(const struct field *f, enum species_kind kind, int64
  * same Plummer's, which cells have too, of (softening/d)^2. */
 static bool is_far(const struct field *f, const struct node *node)
 {
-    enum { SIZES = 2, SOFTENINGS = 5 };
+    enum { SIZES = 3, SOFTENINGS = 5 };
     double d2 = 0, size = f->reach, soft2 = 0;
     for (int k = 0; k < 3; k++) {
         d2 += (node->pos[k] - f->pos[k]) * (node->pos[k] - f->pos[k]);
