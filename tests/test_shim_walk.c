@@ -88,7 +88,7 @@ static void differ(const struct sim *a, const struct sim *b, double rms[2])
 /* What the device does by an error, by the CPU's kernels: every group looks from the root. */
 static void reference_group(struct sim *sim, struct gravity *g, int32_t n, int32_t root)
 {
-    struct walk w;
+    struct walk w = {0};
     float local[CELL_TERMS_MAX] = {0};
     const int order = g->opening.order - GRAVITY_ORDER_MIN;
     walk_open(&w, sim, g, OUTPUT_FORCE);
