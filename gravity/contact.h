@@ -12,7 +12,7 @@ double gravity_contact(const struct sim *sim, enum species_kind a, enum species_
 /* The same at the distance r; 0 where rows at one place do not attract each other. */
 double gravity_pair(const struct sim *sim, enum species_kind a, enum species_kind b, double r);
 /* By how much the potential of all other rows at a row's place rises when the row becomes one of the species `to`, with the
- * softening of those; 0 where both have one softening. Cells are taken as wholes beyond twice their size and some
+ * softening of those; 0 where both have one softening. Cells are taken as wholes beyond three times their size and some
  * softening lengths (a few per cent of the result). Rows as they are now; any thread. */
 double gravity_resoften(const struct sim *sim, enum species_kind kind, int64_t row, enum species_kind to);
 /* A mass of one species at a place; below 0: what was there before and is no more. */
