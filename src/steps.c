@@ -69,8 +69,9 @@ const struct module tree_module = {
     .resident = true, .hook[HOOK_ARRANGE] = tree_arrange,
 };
 
-/* Updates that steps without rounding would take, of all ranks: of each row's own, counted where a step begins, and of
- * common ones. `whole`: these and the updates done when the steps of all rows last ended, so that none is counted halfway. */
+/* Updates, of all ranks: that each row's own steps would take without rounding, counted where a step begins, and that common
+ * ones would take, which are rounded as time.steps: common rounds them. `whole`: these and the updates done when the steps of all
+ * rows last ended, so that none is counted halfway. `shortest`: that common step as it would now be, in code units. */
 struct counts { double own, common, updates; };
 struct steps { struct counts now, whole; double shortest; };
 
@@ -103,6 +104,14 @@ static double shortest_step(struct sim *sim)
     return shortest;
 }
 
+/* The step that all rows would take: on a rung, and not beyond the end. 0: there is none. */
+static double common_step(const struct sim *sim, double shortest)
+{
+    const int rung = timeline_rung(&sim->time, shortest);
+    const int64_t ticks = rung < 0 ? 0 : (int64_t)1 << rung, left = sim->time.tick_end - sim->time.tick;
+    return timeline_seconds(&sim->time, left > 0 && left < ticks ? left : ticks);
+}
+
 static void choose_rungs(struct sim *sim, struct species *s, double common, double *updates)
 {
     for (int64_t a = 0; a < s->n_active; a++) {
@@ -126,9 +135,10 @@ static void steps_limit(struct sim *sim, void *state)
     steps->now.updates = (double)sim->updates;
     if (sim->synchronous) steps->whole = steps->now;
     for_species(sim, s) if (!sim->failure.set) check_rows(sim, s);
-    steps->shortest = shortest_step(sim);
+    const double shortest = shortest_step(sim);
+    steps->shortest = common_step(sim, shortest);
     for_species(sim, s)
-        if (!sim->failure.set) choose_rungs(sim, s, sim->time.common ? steps->shortest : 0, &own);
+        if (!sim->failure.set) choose_rungs(sim, s, sim->time.common ? shortest : 0, &own);
     comm_sum(&own, 1);
     steps->now.own += own;
     if (ranks_failed(sim)) return;

@@ -14,7 +14,7 @@ bool steps_rebuild_due(const struct sim *sim);
 bool steps_births_due(const struct sim *sim);
 /* The smallest step of all rows that are active now: its criterion and its row. On every rank. */
 void steps_log_smallest(struct sim *sim);
-/* At the end of a run: the updates that common steps, each as long as its shortest row allows, would have taken
- * over those done; beside it the same where every row takes just the step that it is allowed. On every rank. */
+/* At the end of a run: the updates that common steps (time.steps: common, rounded as all steps are) would have taken over
+ * those done; beside it the same where every row takes just the step of its own that it is allowed. On every rank. */
 void steps_log_gain(const struct sim *sim);
 #endif
