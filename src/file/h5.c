@@ -126,7 +126,11 @@ struct h5 *h5_open(const char *path)
         return file;
     }
     hid_t access = h5_access();
-    if (!S_ISREG(status.st_mode) || H5Fis_hdf5(path) <= 0) {
+    if (S_ISDIR(status.st_mode)) {
+        h5_refuse(file, "is a folder, not a file");
+    } else if (S_ISREG(status.st_mode) && status.st_size == 0) {
+        h5_refuse(file, "is empty");
+    } else if (!S_ISREG(status.st_mode) || H5Fis_hdf5(path) <= 0) {
         h5_refuse(file, "is not an HDF5 file");
     } else if ((file->id = H5Fopen(path, H5F_ACC_RDONLY, access)) < 0) {
         char reason[300] = "";

@@ -25,6 +25,7 @@ struct start_cosmology start_cosmology_read(struct sim *sim, struct h5 *file, co
     double value;
     for (size_t i = 0; i < sizeof number / sizeof *number; i++) {
         if (!start_header_number(file, number[i].name, &value) || value == number[i].allowed) continue;
+        if (strcmp(number[i].name, "HubbleParam") == 0 && value == 0) continue;    /* left empty */
         c.comoving |= strcmp(number[i].name, "HubbleParam") != 0;
         if (!c.on)
             problems_add(&sim->problems, "%s is cosmological (%s = %g): start.strip_h: on takes its rows in physical units "

@@ -79,15 +79,19 @@ static void read_units(struct reader *r)
 {
     const struct units *code = &r->sim->units;
     bool named = named_units(r);
+    char *text = h5_read_attr_text(r->file, "Units", "units");
+    const bool none = text && strcmp(text, "none") == 0;
+    mem_free(text);
     if (!code->physical) {
+        if (named && !none && (r->unit.length != 1 || r->unit.mass != 1 || r->unit.velocity != 1))
+            log_warning("%s has units (%g cm, %g g, %g cm/s), but the scene has none: its numbers are taken as they are, with G = %g",
+                        r->path, r->unit.length, r->unit.mass, r->unit.velocity, code->G);
         r->unit = layout_unit(false);
         return;
     }
-    char *text = h5_read_attr_text(r->file, "Units", "units");
-    if (text && strcmp(text, "none") == 0)
+    if (none)
         problems_add(&r->sim->problems, "%s is dimensionless (units = none), but the scene has physical units; "
                      "a scene with units: {G: 1} can start from it", r->path);
-    mem_free(text);
     if (!named) {
         r->unit = layout_unit(true);
         log_warning("%s names no units: taken to be %s", r->path, r->unit.name);
@@ -141,13 +145,13 @@ static void read_header(struct reader *r)
 
 /* --- groups and data sets --- */
 
-static enum species_kind group_species(struct h5 *file, const char *group, int type)
+/* N_SPECIES: its attribute `species` names none that there is. */
+static int group_species(struct h5 *file, const char *group, int type)
 {
     static const enum species_kind usual[LAYOUT_TYPES] = {GAS, DARK, STAR, STAR, STAR, STAR};
-    enum species_kind kind = usual[type];
     char *text = h5_read_attr_text(file, group, "species");
-    for (int s = 0; text && s < N_SPECIES; s++)
-        if (strcmp(text, species_names[s]) == 0) kind = s;
+    int kind = text ? 0 : (int)usual[type];
+    while (text && kind < N_SPECIES && strcmp(text, species_names[kind]) != 0) kind++;
     mem_free(text);
     return kind;
 }
@@ -190,6 +194,12 @@ static void read_column(const struct group *g, enum column column)
     const struct reader *r = g->reader;
     char path[100];
     if (!find(g, info->file_name, path)) return;
+    const char in_file = h5_kind(r->file, path);
+    if (column == COLUMN_id && (in_file == 'f' || in_file == 'd')) {
+        problems_add(&r->sim->problems, "%s: PartType%d/%s are not whole numbers but %s, which do not hold every id: write them as "
+                     "integers of 64 bits", r->path, g->type, strchr(path, '/') + 1, in_file == 'f' ? "floats" : "doubles");
+        return;
+    }
     char *values = (char *)species_column(g->table, column) + (size_t)g->part.first * species_row_bytes(column);
     double factor = column_is_element(column) ? 1
                   : file_factor(r, info->unit) * start_cosmology_factor(&r->cosmology, r->file, path, info->unit);
@@ -268,7 +278,14 @@ static void read_group(struct reader *r, int type)
     int components = 0;
     struct group g = {.reader = r, .type = type};
     snprintf(path, sizeof path, "PartType%d", type);
-    g.table = &r->sim->species[group_species(r->file, path, type)];
+    const int kind = group_species(r->file, path, type);
+    if (kind == N_SPECIES) {
+        char *text = h5_read_attr_text(r->file, path, "species");
+        problems_add(&r->sim->problems, "%s: PartType%d has species = \"%s\": gas, cloud, star or dark", r->path, type, text);
+        mem_free(text);
+        return;
+    }
+    g.table = &r->sim->species[kind];
     bool there = find(&g, "Coordinates", path);
     if (!there || !h5_shape(r->file, path, &g.part.all, &components)) {
         problems_add(&r->sim->problems, "%s: PartType%d has %s", r->path, type,
@@ -300,8 +317,8 @@ static void share_out(struct reader *r)
         struct group g = {.reader = r, .type = t};
         snprintf(path, sizeof path, "PartType%d", t);
         if (!h5_exists(r->file, path)) continue;
-        const enum species_kind kind = group_species(r->file, path, t);
-        if (find(&g, "Coordinates", path) && h5_shape(r->file, path, &all, &components)) rows[kind] += all;
+        const int kind = group_species(r->file, path, t);
+        if (kind < N_SPECIES && find(&g, "Coordinates", path) && h5_shape(r->file, path, &all, &components)) rows[kind] += all;
     }
     for (int s = 0; s < N_SPECIES; s++) {
         const int64_t from = rows[s] * rank / size;
@@ -334,7 +351,9 @@ void start_file_need_all(struct sim *sim, const char *path)
         struct group g = {.reader = &reader, .type = t};
         snprintf(text, sizeof text, "PartType%d", t);
         if (!h5_exists(reader.file, text)) continue;
-        g.table = &sim->species[group_species(reader.file, text, t)];
+        const int kind = group_species(reader.file, text, t);
+        if (kind == N_SPECIES) continue;    /* told where it is read */
+        g.table = &sim->species[kind];
         for (int c = 0; c < N_COLUMNS; c++)
             if (is_read(c) && find(&g, column_table[c].file_name, text)) species_need(g.table, (enum column)c);
         if (t == LAYOUT_HOLES) species_need(g.table, COLUMN_hole);
@@ -354,7 +373,10 @@ void start_file_add(struct sim *sim, const char *path, uint64_t shift)
     static const enum column always[] = {COLUMN_pos, COLUMN_vel, COLUMN_mass, COLUMN_id};
     for (int s = 0; s < N_SPECIES; s++)
         for (int i = 0; i < 4; i++) species_need(&sim->species[s], always[i]);
-    if (!h5_error(reader.file)) read_header(&reader);
+    if (!h5_error(reader.file) && h5_exists(reader.file, "Checkpoint"))
+        problems_add(&sim->problems, "%s is a checkpoint of tephra, no snapshot: tephra run --restart DIR goes on from it, DIR being "
+                     "the run's directory; a start needs one of its snapshots", path);
+    else if (!h5_error(reader.file)) read_header(&reader);
     if (!h5_error(reader.file) && sim->spread) share_out(&reader);
     for (int t = 0; t < LAYOUT_TYPES && sim->problems.count == problems; t++) {
         char group[20];

@@ -5,6 +5,7 @@
 #include "layout.h"
 #include "mem.h"
 #include <ctype.h>
+#include <errno.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -21,6 +22,7 @@ static const struct kind kinds[] = {
     {{"rho", "density"}, "Density", 0, 1, 1, "M L^-3"}, {{"metallicity"}, "Metallicity", 0, 1, 1, "1"}};
 enum { N_KINDS = sizeof kinds / sizeof *kinds, MOST = 64, NAME = 128 };
 static const char spaces[] = " \t\r\n";
+static const char utf8_mark[] = "\xef\xbb\xbf";     /* editors begin files with it */
 
 /* Numbers row by row; ids and species are whole numbers in the bits of a double. */
 struct rows {
@@ -110,7 +112,10 @@ static bool read_value(struct rows *rows, int kind, const char *word, double *va
     }
     if (kind == SPECIES) return read_species(rows, word, value);
     if (kind == ID) {
+        errno = 0;
         uint64_t id = strtoull(word, &end, 10);
+        if (errno == ERANGE)
+            return h5_refuse(rows->to, "line %lld: the id %s has more than 64 bits", (long long)rows->line, word);
         memcpy(value, &id, sizeof id);
     } else {
         *value = strtod(word, &end);
@@ -153,9 +158,12 @@ static int count_words(const char *line)
 static bool take_head(struct rows *rows, const char *line, int *singles)
 {
     const int words = count_words(line);
-    if (words == 1 && *singles < 3) {
-        double number = strtod(line, NULL);
-        if (++*singles == 2) rows->promised = (int64_t)number;
+    char *end;
+    const double number = strtod(line, &end);
+    if (words == 1 && *singles < 3 && end != line && !end[strspn(end, spaces)]) {
+        if (++*singles == 2 && !(number >= 0 && number < 1e15 && number == floor(number)))
+            return h5_refuse(rows->to, "line %lld: %g is no number of rows", (long long)rows->line, number);
+        if (*singles == 2) rows->promised = (int64_t)number;
         if (*singles == 3) rows->time = number;
         return true;
     }
@@ -251,8 +259,8 @@ static void translate(FILE *stream, struct h5 *to)
     int singles = 0;
     bool good = true;
     while (good && getline(&line, &size, stream) >= 0) {
-        rows.line++;
-        good = take_line(&rows, line, &singles);
+        const bool marked = rows.line++ == 0 && strncmp(line, utf8_mark, strlen(utf8_mark)) == 0;
+        good = take_line(&rows, line + (marked ? strlen(utf8_mark) : 0), &singles);
     }
     if (good && rows.n == 0) h5_refuse(to, "has no rows: neither HDF5 nor GADGET-2's binary, and as text it holds no numbers");
     if (good && rows.promised >= 0 && rows.promised != rows.n)
@@ -265,7 +273,7 @@ static void translate(FILE *stream, struct h5 *to)
 static bool recognises(const unsigned char *head, int64_t bytes)
 {
     for (int64_t i = 0; i < bytes; i++)
-        if (!isprint(head[i]) && !isspace(head[i])) return false;
+        if (head[i] < 0x80 && !isprint(head[i]) && !isspace(head[i])) return false;
     return bytes > 0;
 }
 
