@@ -79,6 +79,20 @@ static const struct saved saved[] = {{"taken", offsetof(struct sph, taken), size
 
 static const struct sph_loops *const loops[N_ISA] = {&sph_loops_v2, &sph_loops_v3, &sph_loops_v4};
 
+static const char *eos_name(const struct sph *sph)
+{
+    static const char *const words[] = {[SPH_ADIABATIC] = "adiabatic", [SPH_ISOTHERMAL] = "isothermal", [SPH_BAROTROPIC] = "barotropic"};
+    return words[sph->eos];
+}
+
+void sph_need_energy(struct sim *sim, const char *module)
+{
+    const struct sph *sph = sim_state(sim, "sph");
+    if (sph->eos != SPH_ADIABATIC)
+        problems_add(&sim->problems, "%s: %s needs gas with an energy equation: sph.eos is %s", scene_place(sim->scene, "sph", "eos"),
+                     module, eos_name(sph));
+}
+
 /* Keys that would be read and then ignored. */
 static void check_meaning(struct sim *sim, const struct sph *sph)
 {
@@ -104,7 +118,7 @@ static void check_values(struct sim *sim, const struct sph *sph)
     if (sph->eos == SPH_ADIABATIC && !isnan(sph->sound_speed))
         problems_add(problems, "sph.sound_speed has a meaning only with sph.eos: isothermal or barotropic");
     if (sph->eos != SPH_ADIABATIC && isnan(sph->sound_speed))
-        problems_add(problems, "sph.eos: %s needs sph.sound_speed", sph->eos == SPH_ISOTHERMAL ? "isothermal" : "barotropic");
+        problems_add(problems, "sph.eos: %s needs sph.sound_speed", eos_name(sph));
     if (isnan(sph->stiff_density) == (sph->eos == SPH_BAROTROPIC))
         problems_add(problems, sph->eos == SPH_BAROTROPIC ? "sph.eos: barotropic needs sph.stiff_density"
                                : "sph.stiff_density has a meaning only with sph.eos: barotropic");

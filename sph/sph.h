@@ -158,6 +158,9 @@ bool sph_device_search(struct sim *sim, struct sph *sph, const struct sph_quest 
 bool sph_device_density(struct sim *sim, struct sph *sph);
 bool sph_device_force(struct sim *sim, struct sph *sph);
 
+/* A problem of the scene where the module needs gas whose energy is integrated, and sph.eos says otherwise. */
+void sph_need_energy(struct sim *sim, const char *module);
+
 /* The hooks. */
 void sph_smooth(struct sim *sim, void *state);      /* smooth.c: H */
 void sph_density(struct sim *sim, void *state);     /* loops.c: DENSITY */

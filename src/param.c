@@ -257,8 +257,8 @@ static void report_unknown(const struct scene *scene, const char *block, const s
         for (int k = 0; k < count; k++) known |= strcmp(names[k], entry->key) == 0;
         if (known) continue;
         const char *near = fail_nearest(entry->key, names, count);
-        problems_add(problems, near ? "%s: %s.%s: unknown key (did you mean \"%s\"?)" : "%s: %s.%s: unknown key",
-                     entry->place, block, entry->key, near);
+        problems_add(problems, "%s: %s.%s: unknown key%s%s%s%s", entry->place, block, entry->key, near ? " (did you mean \"" : "",
+                     near ? near : "", near ? "\"?)" : "", strchr(entry->key, ':') ? scene_colon_advice : "");
     }
     mem_free(names);
 }

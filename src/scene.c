@@ -11,6 +11,8 @@
 #include <string.h>
 #include <yaml.h>
 
+const char scene_colon_advice[] = ": a blank is missing behind the colon";
+
 enum { LARGEST_FILE = 1 << 20 };
 
 /* One YAML text on its way into a scene. */

@@ -34,6 +34,8 @@ bool scene_default(struct scene *scene, const char *block, const char *key, cons
 struct scene_block *scene_find(const struct scene *scene, const char *block);
 /* Text of block.key, or NULL. */
 const char *scene_value(const struct scene *scene, const char *block, const char *key);
+/* The end of a message about a name with a colon in it: {softening:0.05} is one word to YAML. */
+extern const char scene_colon_advice[];
 /* Where block.key was written ("evrard.yml:12", "--set"): for messages. Without such a key (or with
  * NULL) the block's place, without such a block the file's name. */
 const char *scene_place(const struct scene *scene, const char *block, const char *key);

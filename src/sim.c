@@ -43,6 +43,9 @@ static void choose_modules(struct sim *sim, enum sim_purpose purpose)
             sim->use[sim->n_use++] = (struct use){module_list[m], mem_alloc("frame", module_list[m]->state_bytes)};
 }
 
+static bool has_block(const struct module *module) { return module->params != NULL; }
+static bool integrates(const struct module *module) { return module->kind == MODULE_INTEGRATOR; }
+
 /* A name that stands in the scene but belongs to nothing. */
 static void unknown(struct sim *sim, const char *place, const char *what, const char *word, bool (*fits)(const struct module *))
 {
@@ -50,37 +53,35 @@ static void unknown(struct sim *sim, const char *place, const char *what, const 
     int count = 0;
     for (int m = 0; module_list[m] && count < 126; m++)
         if (fits(module_list[m])) names[count++] = module_list[m]->name;
-    if (fits != NULL && strcmp(what, "block") == 0) {
+    if (fits == has_block) {
         names[count++] = "units";
         names[count++] = "start";
     }
     for (int i = 0; i < count; i++)
         if (strcmp(names[i], word) == 0) return;
     const char *near = fail_nearest(word, names, count);
-    problems_add(&sim->problems, "%s: unknown %s \"%s\"%s%s%s", place, what, word,
-                 near ? " (did you mean \"" : "", near ? near : "", near ? "\"?)" : "");
+    problems_add(&sim->problems, "%s: %s \"%s\"%s%s%s%s", place, what, word, near ? " (did you mean \"" : "", near ? near : "",
+                 near ? "\"?)" : "", strchr(word, ':') ? scene_colon_advice : "");
 }
-
-static bool has_block(const struct module *module) { return module->params != NULL; }
-static bool integrates(const struct module *module) { return module->kind == MODULE_INTEGRATOR; }
 
 static void check_names(struct sim *sim)
 {
     const struct scene *scene = sim->scene;
     for (int b = 0; b < scene->n; b++)
-        unknown(sim, scene->block[b].place, "block", scene->block[b].name, has_block);
+        unknown(sim, scene->block[b].place, "unknown block", scene->block[b].name, has_block);
     for (int m = 0; module_list[m]; m++)
         if (module_list[m]->kind == MODULE_INTEGRATOR && scene_find(scene, module_list[m]->name)
-            && !sim_state(sim, module_list[m]->name))
+            && !sim_uses(sim, module_list[m]->name))
             problems_add(&sim->problems, "%s: the block has a meaning only with time.integrator: %s",
                          scene_place(scene, module_list[m]->name, NULL), module_list[m]->name);
     const char *integrator = scene_value(scene, "time", "integrator");
-    if (integrator) unknown(sim, "time.integrator", "integrator", integrator, integrates);
+    if (integrator)
+        unknown(sim, scene_place(scene, "time", "integrator"), "time.integrator: unknown integrator", integrator, integrates);
     for (int u = 0; u < sim->n_use; u++)
         for (const char *const *r = sim->use[u].module->requires; r && *r; r++)
-            if (!sim_state(sim, *r))
-                problems_add(&sim->problems, "block \"%s\" needs a block \"%s\" (--set %s={} adds one)",
-                             sim->use[u].module->name, *r, *r);
+            if (!sim_uses(sim, *r))
+                problems_add(&sim->problems, "%s: block \"%s\" needs a block \"%s\" (--set %s={} adds one)",
+                             scene_place(scene, sim->use[u].module->name, NULL), sim->use[u].module->name, *r, *r);
 }
 
 /* Columns that every scene has. */
@@ -202,11 +203,19 @@ int64_t sim_find_active(struct sim *sim)
     return sim->ending;
 }
 
-void *sim_state(const struct sim *sim, const char *module)
+static const struct use *find_use(const struct sim *sim, const char *module)
 {
     for (int u = 0; u < sim->n_use; u++)
-        if (strcmp(sim->use[u].module->name, module) == 0) return sim->use[u].state;
+        if (strcmp(sim->use[u].module->name, module) == 0) return &sim->use[u];
     return NULL;
+}
+
+bool sim_uses(const struct sim *sim, const char *module) { return find_use(sim, module) != NULL; }
+
+void *sim_state(const struct sim *sim, const char *module)
+{
+    const struct use *use = find_use(sim, module);
+    return use ? use->state : NULL;
 }
 
 double sim_real(const struct sim *sim, const char *name, double fallback)

@@ -90,6 +90,8 @@ int64_t sim_find_active(struct sim *sim);
 void sim_write_used(const struct sim *sim, FILE *stream);
 /* State of the module in use by that name, or NULL. */
 void *sim_state(const struct sim *sim, const char *module);
+/* Whether the simulation uses the module of that name, which may have no state. */
+bool sim_uses(const struct sim *sim, const char *module);
 /* The real parameter of that name of any module in use, such as "gamma"; else the fallback. */
 double sim_real(const struct sim *sim, const char *name, double fallback);
 /* Records that a number failed: "energy of gas particle 42 is NaN (rho ..., h ..., u ...)". */

@@ -37,8 +37,8 @@ static void unknown_generator(struct sim *sim, const char *name)
     int count = 0;
     for (const struct generator *const *g = generator_list; *g && count < 64; g++) names[count++] = (*g)->name;
     const char *near = fail_nearest(name, names, count);
-    problems_add(&sim->problems, "start.generator: there is no \"%s\"%s%s%s; `tephra ics` lists them", name,
-                 near ? " (did you mean \"" : "", near ? near : "", near ? "\"?)" : "");
+    problems_add(&sim->problems, "%s: start.generator: there is no \"%s\"%s%s%s; `tephra ics` lists them",
+                 scene_place(sim->scene, "start", "generator"), name, near ? " (did you mean \"" : "", near ? near : "", near ? "\"?)" : "");
 }
 
 void start_targets(const struct start *start, struct param_target targets[3])
@@ -64,12 +64,14 @@ void start_read(struct sim *sim)
     start_targets(start, targets);
     param_read(sim->scene, "start", targets, &sim->units, &sim->problems);
     if (!start->generator == !start->file)
-        problems_add(&sim->problems, "start: give either a generator or a file");
+        problems_add(&sim->problems, "%s: start: give either a generator or a file", scene_place(sim->scene, "start", NULL));
     const bool own_n = start->file || (start->maker && start->maker->own_n);
     if (start->maker && start->n < 0 && !own_n)
-        problems_add(&sim->problems, "start.n: say how many particles the generator shall make");
+        problems_add(&sim->problems, "%s: start.n: say how many particles the generator shall make",
+                     scene_place(sim->scene, "start", NULL));
     if (own_n && start->n >= 0)
-        problems_add(&sim->problems, "start.n: has no meaning with %s", start->file ? "start.file" : start->generator);
+        problems_add(&sim->problems, "%s: start.n: has no meaning with %s", scene_place(sim->scene, "start", "n"),
+                     start->file ? "start.file" : start->generator);
     sim->seed = (uint64_t)start->seed;
     if (start->maker && start->maker->advise && sim->problems.count == 0)
         start->maker->advise(sim, start->maker_state, start->n);
