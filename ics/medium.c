@@ -18,7 +18,7 @@ static const struct param params[] = {
      offsetof(struct medium, n_h)},
     {"temperature", PARAM_REAL, "temperature", "none", 1e-3, 1e12, NULL, "temperature", false,
      offsetof(struct medium, temperature)},
-    {"hydrogen", PARAM_REAL, "", "0.76", 0.01, 1, NULL, "part of the mass that is hydrogen, for n_h", false,
+    {"hydrogen", PARAM_REAL, "", CONST_TEXT(CONST_HYDROGEN), 0.01, 1, NULL, "part of the mass that is hydrogen, for n_h", false,
      offsetof(struct medium, hydrogen)},
     {"jitter", PARAM_REAL, "", "0", 0, 1, NULL, "rows are displaced by up to this part of their spacing along each axis", false,
      offsetof(struct medium, jitter)},

@@ -4,6 +4,7 @@
  * (cooling_curve.h, doc/manual/cooling.md). What leaves the gas and what heats it is booked. */
 #include "cooling.h"
 #include "comm.h"
+#include "constants.h"
 #include "cooling_curve.h"
 #include "cooling_engine.h"
 #include "data.h"
@@ -52,7 +53,7 @@ static const struct param params[] = {
      "one mean mass of a particle, in proton masses, instead of the table's (for tests)", false,
      offsetof(struct cooling, mu)},
     {"hydrogen", PARAM_REAL, "", "none", 0.01, 1, NULL,
-     "one mass fraction of hydrogen instead of the table's (for tests)", false, offsetof(struct cooling, hydrogen)},
+     "one mass fraction of hydrogen instead of the table's (for tests), and 0.76 where others tell n_H", false, offsetof(struct cooling, hydrogen)},
     {0}
 };
 
@@ -67,10 +68,8 @@ static const double first_bin = -5, bin_width = 0.1, last_bin = 0.5;
 static void declare(struct sim *sim, void *state)
 {
     struct cooling *cooling = state;
-    const struct sph *sph = sim_state(sim, "sph");
     bool koyama = cooling->curve == KOYAMA_INUTSUKA;
-    if (sph->eos != SPH_ADIABATIC)
-        problems_add(&sim->problems, "cooling needs gas with an energy equation: sph.eos is isothermal");
+    sph_need_energy(sim, "cooling");
     if (!sim->units.physical)
         problems_add(&sim->problems, "cooling needs physical units, such as units: {length: kpc, mass: 1e10 Msun, "
                      "velocity: km/s}: this scene is dimensionless");
@@ -144,6 +143,12 @@ double cooling_time(const struct sim *sim, int64_t row)
     double u = (double)gas->u[row] * cooling->law.energy, rho = (double)gas->rho[row] * cooling->law.density;
     double rate = cooling_curve_rate(curve_of(cooling, gas, row), u, rho);
     return rate < 0 ? u / -rate / cooling->law.time : INFINITY;
+}
+
+double cooling_hydrogen(const struct sim *sim)
+{
+    const struct cooling *cooling = sim_state(sim, "cooling");
+    return cooling && !isnan(cooling->hydrogen) ? cooling->hydrogen : CONST_HYDROGEN;
 }
 
 /* Told once, by whatever rank the gas is met. */

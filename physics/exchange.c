@@ -5,6 +5,7 @@
 #include "comm.h"
 #include "conduction.h"
 #include "constants.h"
+#include "cooling.h"
 #include "deposit.h"
 #include "gravity/contact.h"
 #include "mem.h"
@@ -62,7 +63,7 @@ static const struct param params[] = {
     {"heavy", PARAM_REAL, "", "2", 1.5, 1e300, NULL, "gas rows of more than this many are split into two", true,
      offsetof(struct exchange, heavy)},
     {"transition", PARAM_REAL, "number_density", "none", 1e-300, 1e300, NULL,
-     "cold, contracting, unstable gas with more hydrogen nuclei (76 % of the mass) in a volume becomes clouds; default: none", true,
+     "cold, contracting, unstable gas with more hydrogen nuclei (76 % of the mass, or cooling.hydrogen) in a volume becomes clouds; default: none", true,
      offsetof(struct exchange, transition)},
     {0}
 };
@@ -76,13 +77,11 @@ static const char *const requires[] = {"sph", "clouds", NULL};
 
 static void declare(struct sim *sim, void *state)
 {
-    const struct sph *sph = sim_state(sim, "sph");
     struct species *gas = &sim->species[GAS], *cloud = &sim->species[CLOUD];
     gas->grows = gas->shrinks = cloud->shrinks = true;
     species_need(gas, COLUMN_children);
     if (!isnan(((const struct exchange *)state)->transition)) cloud->grows = true;
-    if (sph->eos != SPH_ADIABATIC)
-        problems_add(&sim->problems, "exchange needs gas with an energy equation: sph.eos is isothermal");
+    sph_need_energy(sim, "exchange");
 }
 
 static void begin(struct sim *sim, void *state)
@@ -329,7 +328,7 @@ static bool becomes_cloud(const struct sim *sim, const struct exchange *x, int64
 {
     const struct sph *sph = sim_state(sim, "sph");
     const struct species *gas = &sim->species[GAS];
-    const double hydrogen = 0.76, warm = 1.5e4, rho = (double)gas->rho[i], u = (double)gas->u[i];
+    const double hydrogen = cooling_hydrogen(sim), warm = 1.5e4, rho = (double)gas->rho[i], u = (double)gas->u[i];
     double n_h = hydrogen * rho * sim->units.mass / CONST_M_PROTON;
     double jeans = pow(2.5 * (sph->gamma - 1) * u / sim->units.G, 1.5) / sqrt(4 * acos(-1) / 3 * rho);
     return n_h > x->transition && u * x->kelvin < warm && gas->div_v[i] < 0 && jeans < (double)x->neighbours * gas->mass[i];

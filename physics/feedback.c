@@ -4,6 +4,7 @@
  * its age and from what it has paid; it is paid once it is worth the search for gas, or stays in the row. */
 #include "comm.h"
 #include "constants.h"
+#include "cooling.h"
 #include "deposit.h"
 #include "file/layout.h"
 #include "log.h"
@@ -132,7 +133,6 @@ static void choose_elements(struct sim *sim, struct feedback *feedback)
 static void declare(struct sim *sim, void *state)
 {
     struct feedback *feedback = state;
-    const struct sph *sph = sim_state(sim, "sph");
     static const enum species_kind kinds[] = {GAS, STAR, CLOUD};
     const int with_elements = sim_state(sim, "clouds") ? 3 : 2;
     static const enum column of_stars[] = {COLUMN_birth, COLUMN_mass_born, COLUMN_age_paid};
@@ -143,8 +143,7 @@ static void declare(struct sim *sim, void *state)
     if (feedback->winds && feedback->snii == POPULATION_PORTINARI)
         problems_add(&sim->problems, "feedback.winds: the yields of portinari1998 hold the winds of massive stars already");
     for (int c = 0; c < 3; c++) species_need(&sim->species[STAR], of_stars[c]);
-    if (sph->eos != SPH_ADIABATIC)
-        problems_add(&sim->problems, "feedback needs gas with an energy equation: sph.eos is isothermal");
+    sph_need_energy(sim, "feedback");
     if (!sim->units.physical) problems_add(&sim->problems, "feedback needs physical units: this scene is dimensionless");
     if (isnan(feedback->momentum))
         feedback->momentum = supernova_momentum(1) * CONST_M_SUN / sim->units.mass * 1e5 / sim->units.velocity;
@@ -315,11 +314,11 @@ static bool find_due(const struct sim *sim, const struct feedback *feedback, int
 
 /* --- paying --- */
 
-/* Of the supernovae that are due, at the mean density of the gas around (hydrogen is 76 % of it). */
+/* Of the supernovae that are due, at the mean density of the gas around (cooling_hydrogen of it is hydrogen). */
 static double momentum_of(const struct sim *sim, const struct feedback *feedback, const struct due *due)
 {
     const struct species *gas = &sim->species[GAS];
-    const double hydrogen = 0.76, cm = units_cgs(&sim->units, "length");
+    const double hydrogen = cooling_hydrogen(sim), cm = units_cgs(&sim->units, "length");
     double rho = 0, number = due->events_by[POPULATION_SNII] + due->events_by[POPULATION_SNIA];
     for (int k = 0; k < due->nearest.n; k++) rho += (double)gas->rho[due->nearest.row[k]] / due->nearest.n;
     double n_h = hydrogen * rho * sim->units.mass / (cm * cm * cm) / CONST_M_PROTON;

@@ -3,6 +3,7 @@
  * picture (doc/manual/cooling.md, section 7). */
 #include "comm.h"
 #include "constants.h"
+#include "cooling.h"
 #include "draw/canvas.h"
 #include "file/layout.h"
 #include "mem.h"
@@ -16,7 +17,7 @@
 struct phase_diagram { double hydrogen; struct param_list axis[2]; };
 
 static const struct param params[] = {
-    {"hydrogen", PARAM_REAL, "", "0.76", 0.01, 1, NULL, "mass fraction of hydrogen, for n_H", true,
+    {"hydrogen", PARAM_REAL, "", "none", 0.01, 1, NULL, "mass fraction of hydrogen, for n_H; default: cooling.hydrogen, or 0.76", true,
      offsetof(struct phase_diagram, hydrogen)},
     {"log_density", PARAM_LIST, "", "-6, 6", -60, 60, NULL, "from and to: log10 of n_H in cm^-3, in whole decades", true,
      offsetof(struct phase_diagram, axis[0])},
@@ -32,7 +33,8 @@ static const uint32_t background = 0x000000, ink = 0xe6e6e6;
 
 static void declare(struct sim *sim, void *state)
 {
-    const struct phase_diagram *phase = state;
+    struct phase_diagram *phase = state;
+    if (isnan(phase->hydrogen)) phase->hydrogen = cooling_hydrogen(sim);
     const char *const names[2] = {"log_density", "log_temperature"};
     for (int k = 0; k < 2; k++) {
         const double *end = phase->axis[k].value;

@@ -35,7 +35,7 @@ static const struct param params[] = {
      "jeans: gas that has been bound against heat and motion for a free-fall time; schmidt: at random, rate rho/t_ff",
      false, offsetof(struct star_formation, criterion)},
     {"density", PARAM_REAL, "number_density", "0.03 cm^-3", 0, 1e300, NULL,
-     "stars form where there are more hydrogen nuclei in a volume (76 % of the mass)", true,
+     "stars form where there are more hydrogen nuclei in a volume (76 % of the mass, or cooling.hydrogen)", true,
      offsetof(struct star_formation, n_h)},
     {"efficiency", PARAM_REAL, "", "0.4", 1e-6, 0.99, NULL, "jeans: largest part of a row that becomes stars at once", true,
      offsetof(struct star_formation, largest_part)},
@@ -68,13 +68,11 @@ static void declare(struct sim *sim, void *state)
 {
     (void)state;
     static const enum column of_stars[] = {COLUMN_birth, COLUMN_mass_born, COLUMN_age_paid};
-    const struct sph *sph = sim_state(sim, "sph");
     for (int c = 0; c < 3; c++) species_need(&sim->species[STAR], of_stars[c]);
     sim->species[STAR].grows = true;
     species_need(&sim->species[GAS], COLUMN_children);
     species_need(&sim->species[GAS], COLUMN_collapse);
-    if (sph->eos != SPH_ADIABATIC)
-        problems_add(&sim->problems, "star_formation needs gas with an energy equation: sph.eos is isothermal");
+    sph_need_energy(sim, "star_formation");
     if (!sim->units.physical)
         problems_add(&sim->problems, "star_formation needs physical units: this scene is dimensionless");
 }
@@ -83,8 +81,7 @@ static void begin(struct sim *sim, void *state)
 {
     struct star_formation *sf = state;
     const struct species *gas = &sim->species[GAS];
-    const double hydrogen = 0.76;
-    sf->rho_least = sf->n_h * CONST_M_PROTON / sim->units.mass / hydrogen;
+    sf->rho_least = sf->n_h * CONST_M_PROTON / sim->units.mass / cooling_hydrogen(sim);
     if (gravity_gas_is_adaptive(sim))
         fail(STATUS_INPUT, "star_formation: what a star's softening costs is known for gas of one softening: "
                            "gravity.softening_adaptive must be off");
