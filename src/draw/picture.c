@@ -230,8 +230,8 @@ static double half_decade(const double part[HALVES], double share)
     return 0;
 }
 
-/* Whole half decades about what is seen: of the mass all but its thinnest 0.2 %, and five decades at
- * most; of the other map all but its lowest hundredth. */
+/* Whole half decades about what is seen: of the mass all but its thinnest 0.2 %, of the other map all but its lowest
+ * hundredth, of either five decades at most. The range of a run holds those of all its pictures so far. */
 static void widen_range(struct picture *picture, int p, const struct panel *panel)
 {
     const double decades = 5, thin = 0.002, lowest = 0.01;
@@ -245,10 +245,10 @@ static void widen_range(struct picture *picture, int p, const struct panel *pane
     }
     double low = half_decade(part, is_mass ? thin : lowest);
     high = isfinite(high) ? fmax(ceil(2 * high) / 2, low + 0.5) : low + 0.5;
+    low = fmax(low, high - decades);
     const bool first = picture->range[p].high <= picture->range[p].low;
     picture->range[p].high = first ? high : fmax(high, picture->range[p].high);
     picture->range[p].low = first ? low : fmin(low, picture->range[p].low);
-    picture->range[p].low = fmax(picture->range[p].low, picture->range[p].high - decades);
 }
 
 /* Two views of the same rows have the same colours. */
