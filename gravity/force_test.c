@@ -32,6 +32,9 @@ static struct sim *rows_of_file(const struct cmd_options *options)
     scene_set(scene, "units={}", &problems);
     scene_set(scene, "gravity={}", &problems);
     for (int i = 0; i < options->n_set; i++) scene_set(scene, options->set[i], &problems);
+    for (int b = 0; b < scene->n; b++)
+        if (strcmp(scene->block[b].name, "units") != 0 && strcmp(scene->block[b].name, "gravity") != 0)
+            problems_add(&problems, "--set %s: force-test takes keys of gravity and units only", scene->block[b].name);
     problems_report(&problems);
     struct sim *sim = sim_new(scene, SIM_FORCES);
     problems_report(&sim->problems);
@@ -87,7 +90,7 @@ static void write_results(struct sim *sim, const char *path)
 static int force_test_run(int argc, char **argv)
 {
     struct cmd_options options;
-    cmd_parse(&options, argc, argv, "set threads sample repeat out device isa", usage);
+    if (!cmd_parse(&options, argc, argv, "set threads sample repeat out device isa", usage)) return STATUS_DONE;
     if (options.n_arguments != 1) fail(STATUS_INPUT, "usage: tephra %s", usage);
     cmd_set_threads(&options);
     struct sim *sim = rows_of_file(&options);
@@ -111,4 +114,4 @@ static int force_test_run(int argc, char **argv)
 }
 
 const struct command force_test_command = {
-    "force-test", "force-test FILE.hdf5 [--set ...] [--out F.hdf5]", "forces of a file: cost and error", force_test_run};
+    "force-test", usage, "forces of a file: cost and error", force_test_run};

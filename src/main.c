@@ -16,13 +16,13 @@ static void usage(FILE *stream)
 {
     fprintf(stream, "tephra %s: a multi-phase TreeSPH program for galaxies and molecular clouds\n\n", version_number);
     for (const struct command *const *c = command_list; *c; c++)
-        fprintf(stream, "  tephra %-58s %s\n", (*c)->usage, (*c)->doc);
-    fprintf(stream, "  tephra %-58s %s\n", "--version", "version and build");
+        fprintf(stream, "  tephra %s\n      %s\n", (*c)->usage, (*c)->doc);
+    fprintf(stream, "  tephra --version\n      version and build\n");
 }
 
 static int run_command(int argc, char **argv)
 {
-    if (argc < 2 || strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "help") == 0) {
+    if (argc < 2 || strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0 || strcmp(argv[1], "help") == 0) {
         usage(argc < 2 ? stderr : stdout);
         return argc < 2 ? STATUS_INPUT : STATUS_DONE;
     }

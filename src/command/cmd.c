@@ -19,7 +19,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-enum { SET = 1, OUT, RESTART, DEVICE, FORCE, THREADS, MAX_WALL, SAMPLE, REPEAT, ISA };
+enum { SET = 1, OUT, RESTART, DEVICE, FORCE, THREADS, MAX_WALL, SAMPLE, REPEAT, ISA, ROFF, HELP };
 
 static const struct option all_options[] = {
     {"set", required_argument, NULL, SET},
@@ -32,8 +32,10 @@ static const struct option all_options[] = {
     {"sample", required_argument, NULL, SAMPLE},
     {"repeat", required_argument, NULL, REPEAT},
     {"isa", required_argument, NULL, ISA},
+    {"roff", no_argument, NULL, ROFF},
     {0}
 };
+static const struct option help_option = {"help", no_argument, NULL, HELP};    /* of every command */
 
 static bool names_word(const char *list, const char *word)
 {
@@ -63,6 +65,7 @@ static void take(struct cmd_options *options, int option, const char *value)
     case RESTART: options->restart = value; break;
     case DEVICE: options->device = value; break;
     case FORCE: options->force = true; break;
+    case ROFF: options->roff = true; break;
     case THREADS: options->threads = (int)whole_number(value, "threads", 1, 4096); break;
     case SAMPLE: options->sample = whole_number(value, "sample", 1, 1e9); break;
     case REPEAT: options->repeat = whole_number(value, "repeat", 1, 1e6); break;
@@ -76,17 +79,21 @@ static void take(struct cmd_options *options, int option, const char *value)
     }
 }
 
-void cmd_parse(struct cmd_options *options, int argc, char **argv, const char *accepted, const char *usage)
+bool cmd_parse(struct cmd_options *options, int argc, char **argv, const char *accepted, const char *usage)
 {
     *options = (struct cmd_options){.max_wall = INFINITY, .sample = -1, .repeat = -1};
-    struct option known[sizeof all_options / sizeof *all_options] = {0};
-    int count = 0;
+    struct option known[sizeof all_options / sizeof *all_options + 1] = {help_option};
+    int count = 1;
     for (const struct option *o = all_options; o->name; o++)
         if (names_word(accepted, o->name)) known[count++] = *o;
     optind = 1;
     opterr = 0;
     int option;
-    while ((option = getopt_long(argc, argv, "", known, NULL)) != -1) {
+    while ((option = getopt_long(argc, argv, "h", known, NULL)) != -1) {
+        if (option == HELP || option == 'h') {
+            printf("usage: tephra %s\n", usage);
+            return false;
+        }
         if (option == '?') fail(STATUS_INPUT, "%s: not an option, or its value is missing; usage: tephra %s",
                                 argv[optind - 1], usage);
         take(options, option, optarg);
@@ -95,6 +102,7 @@ void cmd_parse(struct cmd_options *options, int argc, char **argv, const char *a
         if (options->n_arguments == CMD_ARGUMENTS) fail(STATUS_INPUT, "too many arguments; usage: tephra %s", usage);
         options->argument[options->n_arguments++] = argv[optind];
     }
+    return true;
 }
 
 void cmd_set_threads(const struct cmd_options *options)

@@ -10,15 +10,15 @@ struct cmd_options {
     const char *argument[CMD_ARGUMENTS]; int n_arguments;   /* what is not an option */
     const char *set[64]; int n_set;             /* --set block.key=value, in order */
     const char *out, *restart, *device;
-    bool force;
+    bool force, roff;
     int threads;                                /* 0 = not given */
     double max_wall;                            /* seconds; INFINITY = not given */
     int64_t sample, repeat;                     /* force-test; -1 = not given */
 };
 
 /* Reads the options that `accepted` names ("set threads out"); anything else ends with STATUS_INPUT
- * and the command's usage. */
-void cmd_parse(struct cmd_options *options, int argc, char **argv, const char *accepted, const char *usage);
+ * and the command's usage. False after --help or -h, which print the usage: nothing is left to do. */
+bool cmd_parse(struct cmd_options *options, int argc, char **argv, const char *accepted, const char *usage);
 /* Threads of this rank: as asked, else OMP_NUM_THREADS, else the cores shared among the ranks. */
 void cmd_set_threads(const struct cmd_options *options);
 /* Scene with --set applied; syntax errors end the program. */

@@ -79,7 +79,7 @@ static void refuse_existing(const char *path)
 static int chart_run_command(int argc, char **argv)
 {
     struct cmd_options options;
-    cmd_parse(&options, argc, argv, "force threads isa", usage);
+    if (!cmd_parse(&options, argc, argv, "force threads isa", usage)) return STATUS_DONE;
     if (comm_size() > 1) fail(STATUS_INPUT, "tephra chart measures one rank: run it without mpirun");
     if (options.n_arguments == 0) {
         list_charts();

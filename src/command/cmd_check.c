@@ -77,7 +77,7 @@ static double updates_due(const struct sim *sim)
 static int check_scene(int argc, char **argv)
 {
     struct cmd_options options;
-    cmd_parse(&options, argc, argv, "set threads device isa", usage);
+    if (!cmd_parse(&options, argc, argv, "set threads device isa", usage)) return STATUS_DONE;
     if (options.n_arguments != 1) fail(STATUS_INPUT, "usage: tephra %s", usage);
     cmd_set_threads(&options);
     struct sim *sim = cmd_sim(cmd_scene(&options, options.argument[0]));
@@ -108,4 +108,4 @@ static int check_scene(int argc, char **argv)
     return STATUS_DONE;
 }
 
-const struct command check_command = {"check", "check SCENE.yml [--set ...]", "what would run, its memory and cost", check_scene};
+const struct command check_command = {"check", usage, "what would run, its memory and cost", check_scene};

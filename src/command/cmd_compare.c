@@ -182,7 +182,7 @@ static int compare_run(int argc, char **argv)
     struct cmd_options options;
     struct side a, b;
     argc = take_tolerance(argc, argv, &result.tolerance);
-    cmd_parse(&options, argc, argv, "", usage);
+    if (!cmd_parse(&options, argc, argv, "", usage)) return STATUS_DONE;
     if (options.n_arguments != 2) fail(STATUS_INPUT, "usage: tephra %s", usage);
     open_side(&a, options.argument[0]);
     open_side(&b, options.argument[1]);

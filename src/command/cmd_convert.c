@@ -60,7 +60,7 @@ static void write_format(const struct format *format, const struct sim *sim, con
 static int convert_run(int argc, char **argv)
 {
     struct cmd_options options;
-    cmd_parse(&options, argc, argv, "force set", usage);
+    if (!cmd_parse(&options, argc, argv, "force set", usage)) return STATUS_DONE;
     if (options.n_arguments != 2) fail(STATUS_INPUT, "usage: tephra %s", usage);
     const char *in = options.argument[0], *out = options.argument[1];
     const struct format *format = formats_of_name(out);

@@ -81,7 +81,7 @@ static struct scene *scene_of(int argc, char **argv, const char **out, struct pr
 
 static int ics_run(int argc, char **argv)
 {
-    if (argc < 2 || strcmp(argv[1], "--help") == 0) {
+    if (argc < 2 || strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0) {
         if (comm_rank() == 0) list_generators();
         return STATUS_DONE;
     }

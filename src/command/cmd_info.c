@@ -69,7 +69,11 @@ static void print_set(struct h5 *file, const struct table *table, const char *se
         low = fmin(low, value[i]);
         high = fmax(high, value[i]);
     }
-    printf("  %-18s %c%-3s %14.6g ... %-14.6g", set, h5_kind(file, path), components > 1 ? " x3" : "", low, high);
+    char width[16] = "";
+    if (components > 1) snprintf(width, sizeof width, " x%d", components);
+    printf("  %-18s %c%-3s ", set, h5_kind(file, path), width);
+    if (low <= high) printf("%14.6g ... %-14.6g", low, high);
+    else printf("%14s%19s", "none", "");
     if (units && strcmp(units, "1") != 0) printf(" %s", units);
     if (strange > 0) printf("  (%" PRId64 " not finite)", strange);
     printf("\n");
@@ -159,7 +163,7 @@ static void print_provenance(struct h5 *file)
 static int info_run(int argc, char **argv)
 {
     struct cmd_options options;
-    cmd_parse(&options, argc, argv, "", usage);
+    if (!cmd_parse(&options, argc, argv, "", usage)) return STATUS_DONE;
     if (options.n_arguments != 1) fail(STATUS_INPUT, "usage: tephra %s", usage);
     const char *path = options.argument[0];
     struct h5 *file = formats_open(path);

@@ -55,6 +55,21 @@ static void clear_folder(const char *folder)
     for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++) cmd_remove_files(folder, kinds[k]);
 }
 
+static _Noreturn void refuse_folder(const char *folder)
+{
+    fail(STATUS_INPUT, "%s: the run directory exists already (--out DIR names another, --force overwrites it, "
+         "--restart %s goes on)", folder, folder);
+}
+
+/* Before the rows are made, which may take long: whether make_folder can do what it shall. */
+static void check_folder(const char *folder, bool force)
+{
+    struct stat status;
+    if (!*folder) fail(STATUS_INPUT, "--out: names no folder");
+    if (!force && comm_rank() == 0 && stat(folder, &status) == 0 && S_ISDIR(status.st_mode) && access(folder, W_OK) == 0)
+        refuse_folder(folder);
+}
+
 static void make_folder(const char *folder, bool force)
 {
     if (comm_rank() != 0) return;
@@ -64,9 +79,7 @@ static void make_folder(const char *folder, bool force)
         fail(STATUS_INPUT, "%s: the run directory cannot be made: %s (--out DIR names another)", folder, strerror(errno));
     if (access(folder, W_OK) != 0)
         fail(STATUS_INPUT, "%s: the run directory cannot be written to: %s (--out DIR names another)", folder, strerror(errno));
-    if (!force)
-        fail(STATUS_INPUT, "%s: the run directory exists already (--out DIR names another, --force overwrites it, "
-             "--restart %s goes on)", folder, folder);
+    if (!force) refuse_folder(folder);
     clear_folder(folder);
 }
 
@@ -145,7 +158,10 @@ static int go(struct sim *sim, const struct cmd_options *options)
 
 static int fresh(const struct cmd_options *options)
 {
-    struct sim *sim = sim_new(cmd_scene(options, options->argument[0]), SIM_RUN);
+    struct scene *scene = cmd_scene(options, options->argument[0]);
+    char *folder = options->out ? text_join(options->out, "") : default_folder(options->argument[0]);
+    check_folder(folder, options->force);
+    struct sim *sim = sim_new(scene, SIM_RUN);
     problems_report(&sim->problems);
     cmd_open_device(options, sim);
     sim->spread = ranks_will_spread(sim);
@@ -153,7 +169,6 @@ static int fresh(const struct cmd_options *options)
     problems_report(&sim->problems);
     sim_begin(sim);
     problems_report(&sim->problems);
-    char *folder = options->out ? text_join(options->out, "") : default_folder(options->argument[0]);
     if (options->force) spare_start_file(sim, folder);
     make_folder(folder, options->force);
     comm_barrier();
@@ -199,7 +214,7 @@ static int again(const struct cmd_options *options)
 static int run(int argc, char **argv)
 {
     struct cmd_options options;
-    cmd_parse(&options, argc, argv, "out force set threads device max-wall restart isa", usage);
+    if (!cmd_parse(&options, argc, argv, "out force set threads device max-wall restart isa", usage)) return STATUS_DONE;
     if (options.n_arguments != (options.restart ? 0 : 1)) fail(STATUS_INPUT, "usage: tephra %s", usage);
     if (options.restart && (options.out || options.force))
         fail(STATUS_INPUT, "--restart goes on in the run's own directory: --out and --force have no meaning with it");
@@ -207,4 +222,4 @@ static int run(int argc, char **argv)
     return options.restart ? again(&options) : fresh(&options);
 }
 
-const struct command run_command = {"run", "run SCENE.yml [--out DIR] [--set block.key=value] ...", "run a scene", run};
+const struct command run_command = {"run", usage, "run a scene", run};
