@@ -53,7 +53,8 @@ static const struct param params[] = {
      "one mean mass of a particle, in proton masses, instead of the table's (for tests)", false,
      offsetof(struct cooling, mu)},
     {"hydrogen", PARAM_REAL, "", "none", 0.01, 1, NULL,
-     "one mass fraction of hydrogen instead of the table's (for tests), and 0.76 where others tell n_H", false, offsetof(struct cooling, hydrogen)},
+     "one mass fraction of hydrogen instead of the table's (for tests), and 0.76 where others tell n_H", false,
+     offsetof(struct cooling, hydrogen)},
     {0}
 };
 

@@ -63,7 +63,8 @@ static const struct param params[] = {
     {"heavy", PARAM_REAL, "", "2", 1.5, 1e300, NULL, "gas rows of more than this many are split into two", true,
      offsetof(struct exchange, heavy)},
     {"transition", PARAM_REAL, "number_density", "none", 1e-300, 1e300, NULL,
-     "cold, contracting, unstable gas with more hydrogen nuclei (76 % of the mass, or cooling.hydrogen) in a volume becomes clouds; default: none", true,
+     "cold, contracting, unstable gas with more hydrogen nuclei (76 % of the mass, or cooling.hydrogen) in a volume becomes "
+     "clouds; default: none", true,
      offsetof(struct exchange, transition)},
     {0}
 };

@@ -81,7 +81,8 @@ static const struct sph_loops *const loops[N_ISA] = {&sph_loops_v2, &sph_loops_v
 
 static const char *eos_name(const struct sph *sph)
 {
-    static const char *const words[] = {[SPH_ADIABATIC] = "adiabatic", [SPH_ISOTHERMAL] = "isothermal", [SPH_BAROTROPIC] = "barotropic"};
+    static const char *const words[] = {[SPH_ADIABATIC] = "adiabatic", [SPH_ISOTHERMAL] = "isothermal",
+                                        [SPH_BAROTROPIC] = "barotropic"};
     return words[sph->eos];
 }
 
@@ -89,8 +90,8 @@ void sph_need_energy(struct sim *sim, const char *module)
 {
     const struct sph *sph = sim_state(sim, "sph");
     if (sph->eos != SPH_ADIABATIC)
-        problems_add(&sim->problems, "%s: %s needs gas with an energy equation: sph.eos is %s", scene_place(sim->scene, "sph", "eos"),
-                     module, eos_name(sph));
+        problems_add(&sim->problems, "%s: %s needs gas with an energy equation: sph.eos is %s",
+                     scene_place(sim->scene, "sph", "eos"), module, eos_name(sph));
 }
 
 /* Keys that would be read and then ignored. */

@@ -11,7 +11,7 @@
 #define CONST_YEAR       3.15576e7              /* s: Julian */
 #define CONST_K_B        1.380649e-16           /* erg/K */
 #define CONST_M_PROTON   1.67262192369e-24      /* g */
-#define CONST_HYDROGEN   0.76                   /* mass fraction of primordial gas: what n_H is told by where nothing says another */
+#define CONST_HYDROGEN   0.76                   /* mass fraction of primordial gas: n_H is told by it where nothing says another */
 #define CONST_TEXT(...)  CONST_QUOTED(__VA_ARGS__)  /* for the default of a parameter */
 #define CONST_QUOTED(...) #__VA_ARGS__
 #endif

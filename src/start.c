@@ -38,7 +38,8 @@ static void unknown_generator(struct sim *sim, const char *name)
     for (const struct generator *const *g = generator_list; *g && count < 64; g++) names[count++] = (*g)->name;
     const char *near = fail_nearest(name, names, count);
     problems_add(&sim->problems, "%s: start.generator: there is no \"%s\"%s%s%s; `tephra ics` lists them",
-                 scene_place(sim->scene, "start", "generator"), name, near ? " (did you mean \"" : "", near ? near : "", near ? "\"?)" : "");
+                 scene_place(sim->scene, "start", "generator"), name, near ? " (did you mean \"" : "", near ? near : "",
+                 near ? "\"?)" : "");
 }
 
 void start_targets(const struct start *start, struct param_target targets[3])

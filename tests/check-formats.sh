@@ -79,6 +79,11 @@ printf '# x y z   m type colour\n1 2 3 4 1 9\n5;6;7;8;0;9\n' >named.txt
 expect_status 0 tephra convert named.txt named.csv
 grep -q '^dark,2,1,2,3,0,0,0,4$' named.csv && grep -q '^gas,1,5,6,7,0,0,0,8$' named.csv || fail "named: $(cat named.csv)"
 
+# Text as editors write it: a byte order mark first, and letters beyond ASCII.
+printf '\357\273\277x,y,z,m,Gr\303\266\303\237e\n1,2,3,4,9\n5,6,7,8,9\n' >mark.csv
+expect_status 0 tephra convert mark.csv marked.csv
+grep -q '^star,2,5,6,7,0,0,0,8$' marked.csv || fail "UTF-8: $(cat marked.csv)"
+
 # HDF5 of AREPO (pc, Msun, masses in the header) and SWIFT (Mpc, h in its own convention), made with h5py.
 if "$python" -c 'import h5py' 2>/dev/null; then
     for code in arepo swift; do
@@ -125,11 +130,15 @@ gadget2 write hubble.dat --h 0.7;                   refused hubble.dat 'cosmolog
 refused middle 'HDF5'
 printf '\211PNG\r\n\032\n\0\0\0\rIHDR' >picture.dat; refused picture.dat 'not an HDF5 file'
 printf 'all that glitters\n' >words.txt;            refused words.txt 'x, y and z'
-: >empty.txt;                                       refused empty.txt 'HDF5'
+: >empty.txt;                                       refused empty.txt 'is empty'
+mkdir folder.hdf5;                                  refused folder.hdf5 'is a folder'
 printf '1 2 3\n' >three.txt;                        refused three.txt 'line 1' '3 columns'
 printf '0.5 1 2 3 4 5 6\n0.5 1 2\n' >short.txt;     refused short.txt 'line 2'
 printf '0.5 1 2 3 4 5 six\n' >word.txt;             refused word.txt 'line 1' 'six'
 printf '0\n3\n0\n1 1 1 1 1 1 1 1\n' >less.inp;      refused less.inp 'promises 3 rows'
+printf '0\n-3\n0\n1 1 1 1 1 1 1 1\n' >minus.inp;    refused minus.inp 'line 2: -3 is no number of rows'
+printf 'abc\n1\n0\n1 1 1 1 1 1 1 1\n' >abc.inp;     refused abc.inp 'line 1'
+printf 'id,x,y,z,m\n18446744073709551616,1,2,3,4\n' >large.csv; refused large.csv 'line 2' '64 bits'
 printf 'x,y,z,species\n1,2,3,planet\n' >planet.csv; refused planet.csv 'planet'
 printf 'x,y,z,m\n1,2,,3\n' >hole.csv;               refused hole.csv 'Coordinates'
 finish

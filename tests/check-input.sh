@@ -26,15 +26,18 @@ refuses() {
 edit 'gravity: .*' 'gravity: {softning: 0.05}';         refuses 'bad.yml:6' 'softning' 'softening'
 edit 'gravity: .*' 'gravty: {softening: 0.05}';         refuses 'gravty' 'gravity'
 edit 'softening: 0.05' 'softening: abc';                refuses 'bad.yml:6' 'abc'
+edit 'softening: 0.05' 'softening:0.05';                refuses 'bad.yml:6' 'a blank is missing'
+edit 'start: .*' 'start: {n: 9}';                       refuses 'bad.yml:3: start: give either'
+edit 'gravity: .*' 'black_holes: {softening: 0.1}';     refuses 'bad.yml:6: block "black_holes" needs'
 edit 'softening: 0.05' 'softening: 0.05x';              refuses '0.05x'
 edit 'softening: 0.05' 'softening: 3 Msun';             refuses 'softening'
 edit 'softening: 0.05' 'softening: -1';                 refuses 'softening' '-1'
 edit 'softening: 0.05' 'softening: 0.05, accuracy: 2';  refuses 'accuracy' '0.3'
-edit 'generator: plummer' 'generator: plumer';          refuses 'plumer' 'plummer'
+edit 'generator: plummer' 'generator: plumer';          refuses 'bad.yml:3' 'plumer' 'plummer'
 edit 'n: 200' 'n: 2.5';                                 refuses 'start.n'
 edit ', n: 200' '';                                     refuses 'start.n'
 edit 'time: .*' '';                                     refuses 'time' 'end'
-edit 'time: .*' 'time: {end: 0.01, integrator: leap}';  refuses 'leap'
+edit 'time: .*' 'time: {end: 0.01, integrator: leap}';  refuses 'bad.yml:4' 'leap'
 edit 'output: .*' '';                                   refuses 'snapshot_every'
 edit 'units: .*' 'units: {length: kpc, mass: Msun}';    refuses 'units'
 edit 'gravity: .*' 'gravity: {softening: 0.05'; refuses 'bad.yml'
@@ -57,9 +60,33 @@ expect_status 0 tephra run good.yml --out out
 expect_status 2 tephra run good.yml --out out;          expect_text 'exists already' err
 expect_status 0 tephra run good.yml --out out --force
 expect_status 2 tephra run good.yml --out good.yml;     expect_text 'good.yml' err
+expect_status 2 tephra run good.yml --out '';           expect_text 'names no folder' err
+# Before the rows are read.
+expect_status 2 tephra run good.yml --out out --set start.generator=none --set start.file=absent.hdf5 --set start.n=none
+expect_text 'exists already' err
+# A module without keys is in force and has no block.
+expect_status 2 tephra check good.yml --set leapfrog={}; expect_text 'unknown block "leapfrog"' err
+grep -q 'has a meaning only' err && fail "leapfrog is said not to be in force: $(cat err)"
+
+# Usage on request; one key of a block.
+for command in run check ics force-test info compare convert params chart; do
+    expect_status 0 tephra $command --help;             expect_text "usage: tephra $command" out_text
+    expect_status 0 tephra $command -h
+    [ -s err ] && fail "$command -h: $(cat err)"
+done
+expect_status 0 tephra -h
+for option in force restart threads device max-wall; do expect_text "[-]-$option" out_text; done
+expect_status 0 tephra params sph.alpha;                expect_text '^  sph.alpha ' out_text
+[ "$(grep -c '^  sph\.' out_text)" = 1 ] || fail "more than one key: $(cat out_text)"
+expect_status 2 tephra params sph.alpah;                expect_text 'did you mean "alpha' err
+expect_status 2 tephra params spj.alpha;                expect_text 'no block' err
 
 # A file cut short, and rows that cannot be.
 cp out/snapshot_000.hdf5 whole.hdf5
+cp out/checkpoint.hdf5 saved.hdf5
+edit 'start: .*' 'start: {file: saved.hdf5}';           refuses 'saved.hdf5 is a checkpoint' '--restart'
+expect_status 2 tephra convert saved.hdf5 saved.csv;    expect_text 'is a checkpoint' err
+expect_status 2 tephra force-test whole.hdf5 --set sph={}; expect_text 'gravity and units only' err
 head -c 3000 whole.hdf5 >cut.hdf5
 edit 'start: .*' 'start: {file: cut.hdf5}';             refuses 'cut.hdf5'
 
@@ -92,6 +119,16 @@ if [ "$python" ]; then
     damage late 'f["Header"].attrs["Time"] = 5.0';             refuses 'of t = 5 already'
     damage timeless 'f["Header"].attrs["Time"] = np.nan';      refuses 'its Time is nan'
     damage unitless 'f["Units"].attrs["UnitLength_in_cm"] = 0.0'; refuses 'unit of length is 0'
+    damage unknown 'rows.attrs["species"] = "gaz"';            refuses 'species = "gaz": gas, cloud, star or dark'
+    damage rounded 'n = rows["ParticleIDs"][:]; del rows["ParticleIDs"]; rows["ParticleIDs"] = n.astype("f4")'
+    refuses 'ParticleIDs are not whole numbers but floats'
+    damage hubble 'f["Header"].attrs["HubbleParam"] = 0.0'
+    expect_status 0 tephra run bad.yml --out hubble
+    damage kpc 'f["Units"].attrs["units"] = "kpc"; f["Units"].attrs["UnitLength_in_cm"] = 3e21'
+    expect_status 0 tephra run bad.yml --out kpc;              expect_text 'kpc.hdf5 has units' err
+    damage wide 'rows["Pair"] = np.zeros((200, 2)); f.create_group("PartType4")["Coordinates"] = np.zeros((0, 3))'
+    expect_status 0 tephra info wide.hdf5;                     expect_text '^  Pair  *d x2 ' out_text
+    expect_text '^  Coordinates  *d x3  *none' out_text
     damage nameless 'del rows["ParticleIDs"]'
     expect_status 0 tephra run bad.yml --out nameless;         expect_text 'numbered' err
     # A checkpoint that is damaged names the one before it.

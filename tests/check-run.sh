@@ -18,6 +18,10 @@ cmp -s a b || fail "energies differ on 1 and 2 threads"
 expect_text '^smallest step .* by sph.courant: gas particle [0-9]*, rho .*, h .*, u ' one/log.txt
 awk '/^steps of their own: / { taken = $5; ideal = $17 } END { exit !(taken > 1.2 && ideal >= taken && ideal < 2 * taken) }' one/log.txt ||
     fail "no sensible gain of steps: $(tail -n 1 one/log.txt)"
+# Two bodies take the same steps, common or not.
+printf 'units: {G: 1}\nstart: {generator: kepler, n: 2}\ntime: {end: 7}\noutput: {snapshot_every: 1}\ngravity: {softening: 0}\n' >kepler.yml
+expect_status 0 tephra run kepler.yml
+expect_text '^steps of their own: 1.00 times' kepler/log.txt
 expect_status 0 tephra run "$scene" --set start.n=500 --set time.end=0.1 --set sph.acceleration=0.01 --out slow
 expect_text '^smallest step .* by sph.acceleration: ' slow/log.txt
 

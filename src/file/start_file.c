@@ -84,8 +84,8 @@ static void read_units(struct reader *r)
     mem_free(text);
     if (!code->physical) {
         if (named && !none && (r->unit.length != 1 || r->unit.mass != 1 || r->unit.velocity != 1))
-            log_warning("%s has units (%g cm, %g g, %g cm/s), but the scene has none: its numbers are taken as they are, with G = %g",
-                        r->path, r->unit.length, r->unit.mass, r->unit.velocity, code->G);
+            log_warning("%s has units (%g cm, %g g, %g cm/s), but the scene has none: its numbers are taken as they are, with "
+                        "G = %g", r->path, r->unit.length, r->unit.mass, r->unit.velocity, code->G);
         r->unit = layout_unit(false);
         return;
     }
@@ -374,8 +374,8 @@ void start_file_add(struct sim *sim, const char *path, uint64_t shift)
     for (int s = 0; s < N_SPECIES; s++)
         for (int i = 0; i < 4; i++) species_need(&sim->species[s], always[i]);
     if (!h5_error(reader.file) && h5_exists(reader.file, "Checkpoint"))
-        problems_add(&sim->problems, "%s is a checkpoint of tephra, no snapshot: tephra run --restart DIR goes on from it, DIR being "
-                     "the run's directory; a start needs one of its snapshots", path);
+        problems_add(&sim->problems, "%s is a checkpoint of tephra, no snapshot: tephra run --restart DIR goes on from it, DIR "
+                     "being the run's directory; a start needs one of its snapshots", path);
     else if (!h5_error(reader.file)) read_header(&reader);
     if (!h5_error(reader.file) && sim->spread) share_out(&reader);
     for (int t = 0; t < LAYOUT_TYPES && sim->problems.count == problems; t++) {
