@@ -136,7 +136,7 @@ static void test_foreign_files(void **state)
 {
     (void)state;
     expect_refused("test_h5_none.hdf5", "No such file");
-    expect_refused(".", "is not an HDF5 file");
+    expect_refused(".", "is a folder");
     FILE *stream = fopen(PATH, "w");
     fputs("POS VEL ID MASS U", stream);
     fclose(stream);

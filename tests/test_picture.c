@@ -241,6 +241,7 @@ static void test_pictures(void **state)
         png_image_free(&image);
         /* Everything moves away and gets denser: the frame stays, the range grows. */
         const struct picture before = picture;
+        for (int64_t i = 0; i < sim.species[kind].n && kind == GAS; i++) sim.species[kind].h[i] *= 0.001f;
         for (int64_t i = 0; i < sim.species[kind].n; i++)
             for (int k = 0; k < 3; k++) sim.species[kind].pos[i][k] = 10.5 + 0.001 * (sim.species[kind].pos[i][k] - 10.5);
         picture_write(&sim, PATH, &picture);
