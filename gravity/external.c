@@ -5,6 +5,9 @@
 #include "module.h"
 #include <math.h>
 
+/* Rows below which a loop is not worth waking threads for. */
+enum { FEW = 128 };
+
 struct external {
     double point_mass, plummer_mass, plummer_radius, hernquist_mass, hernquist_radius;
     double nfw_mass, nfw_radius, nfw_within, log_velocity, log_radius, log_flattening;
@@ -128,7 +131,7 @@ static void force(struct sim *sim, void *state)
 {
     const struct external *e = state;
     for_species(sim, s) {
-#pragma omp parallel for
+#pragma omp parallel for if (s->n_active > FEW)
         for (int64_t a = 0; a < s->n_active; a++) {
             int64_t i = s->active[a];
             struct field field = field_of(sim, e, s->pos[i]);
@@ -150,7 +153,7 @@ static void limit(struct sim *sim, void *state)
     const struct external *e = state;
     for_species(sim, s) {
         const double softening = softening_of(sim, s->kind);
-#pragma omp parallel for
+#pragma omp parallel for if (s->n_active > FEW)
         for (int64_t a = 0; a < s->n_active; a++) {
             int64_t i = s->active[a];
             struct field field = field_of(sim, e, s->pos[i]);
