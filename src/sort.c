@@ -7,7 +7,7 @@
 #include <stdbool.h>
 #include <string.h>
 
-enum { DIGIT = 11, BINS = 1 << DIGIT, PASSES = 3, INSERTION = 48, TOP_BIT = 63 };
+enum { DIGIT = 11, BINS = 1 << DIGIT, PASSES = 3, INSERTION = 48, TOP_BIT = 64 };
 
 struct rows { uint64_t *key; int32_t *row; };
 struct scratch {

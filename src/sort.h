@@ -4,6 +4,6 @@
 #define TEPHRA_SORT_H
 #include <stdint.h>
 
-/* Sorts key[0..n-1] of 63 bits ascending and carries row[] along. */
+/* Sorts key[0..n-1] of 64 bits ascending and carries row[] along. */
 void sort_keys(uint64_t *key, int32_t *row, int64_t n);
 #endif

@@ -5,6 +5,7 @@
 #include "mem.h"
 #include "random.h"
 #include "sim.h"
+#include "sort.h"
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -282,12 +283,40 @@ static void test_mark_active(void **unused)
     free_sim(sim);
 }
 
+/* Ids use all 64 bits (species_heir sets the highest): ascending, each with its row, few and many, equal ones kept together. */
+static void test_sort(void **state)
+{
+    (void)state;
+    enum { MOST = 5000 };
+    static const uint64_t masks[] = {UINT64_MAX, (uint64_t)1 << 63 | 7, (uint64_t)7 << 61 | 3, 0xffffffff00000000};
+    for (int m = 0; m < 4; m++)
+        for (int64_t n = 3; n <= MOST; n = 11 * n + 7) {
+            uint64_t *key = mem_array("test", uint64_t, n), *given = mem_array("test", uint64_t, n);
+            int32_t *row = mem_array("test", int32_t, n), *seen = mem_array("test", int32_t, n);
+            for (int64_t i = 0; i < n; i++) {
+                struct random random = {1, (uint64_t)i, 0, random_stream("test_sort")};
+                given[i] = key[i] = ((uint64_t)(random_uniform(&random, 0) * 0x1p32) << 32 | (uint64_t)(random_uniform(&random, 1) * 0x1p32))
+                                  & masks[m];
+                row[i] = (int32_t)i;
+            }
+            sort_keys(key, row, n);
+            for (int64_t i = 0; i < n; i++) {
+                if (i > 0) assert_true(key[i - 1] <= key[i]);
+                assert_true(key[i] == given[row[i]] && seen[row[i]]++ == 0);
+            }
+            mem_free(key);
+            mem_free(given);
+            mem_free(row);
+            mem_free(seen);
+        }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_partition), cmocka_unit_test(test_centre), cmocka_unit_test(test_order_independent),
         cmocka_unit_test(test_refit), cmocka_unit_test(test_escaper), cmocka_unit_test(test_coincident_and_line),
-        cmocka_unit_test(test_few), cmocka_unit_test(test_not_finite), cmocka_unit_test(test_mark_active),
+        cmocka_unit_test(test_few), cmocka_unit_test(test_not_finite), cmocka_unit_test(test_mark_active), cmocka_unit_test(test_sort),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
