@@ -38,16 +38,17 @@ static const struct param params[] = {
     {0}
 };
 
+/* A run has 4e6 longest steps at most (time_begin): what comes after 2^22 of them never does, and its ticks still count. */
+enum { CADENCE_TOP = 22 };
+
 /* Ticks of a cadence, a power-of-two multiple of the longest step near what was asked. */
 static int64_t cadence_ticks(const struct timeline *time, double every, const char *what)
 {
     if (!(every > 0)) return 0;
-    int power = (int)lround(log2(every / time->dt_max));
-    if (power < 0) power = 0;
-    double got = ldexp(time->dt_max, power);
+    double power = fmax(round(log2(every / time->dt_max)), 0), got = time->dt_max * exp2(power);
     if (fabs(got - every) > 1e-9 * every)
         log_line("output.%s: %g is not a power-of-two multiple of the longest step, %g taken", what, every, got);
-    return (int64_t)1 << (RUNG_TOP + power);
+    return (int64_t)1 << (RUNG_TOP + (int)fmin(power, CADENCE_TOP));
 }
 
 static void time_declare(struct sim *sim, void *state)
@@ -65,11 +66,11 @@ static void time_declare(struct sim *sim, void *state)
     time->energy = output->energy_every > 0 ? cadence_ticks(time, output->energy_every, "energy_every") : 0;
     time->checkpoint = cadence_ticks(time, output->checkpoint_every, "checkpoint_every");
     if (output->picture_every > 0) {
-        int64_t steps = llround(output->picture_every / time->dt_max);
-        time->picture = steps << RUNG_TOP;
-        if (fabs((double)steps * time->dt_max - output->picture_every) > 1e-9 * output->picture_every)
+        double steps = round(output->picture_every / time->dt_max);
+        time->picture = (int64_t)fmin(steps, 1 << CADENCE_TOP) << RUNG_TOP;
+        if (fabs(steps * time->dt_max - output->picture_every) > 1e-9 * output->picture_every)
             log_line("output.picture_every: %g is not a multiple of the longest step, %g taken", output->picture_every,
-                     (double)steps * time->dt_max);
+                     steps * time->dt_max);
     }
     time->evaluations = (int)block->evaluations;
     if (block->evaluations > 1 && strcmp(block->integrator, "pec") != 0)
