@@ -283,9 +283,15 @@ void param_read(const struct scene *scene, const char *block, const struct param
 bool param_chosen(const struct scene *scene, const char *block, const struct param *table, const char *key)
 {
     const char *value = scene ? scene_value(scene, block, key) : NULL;
+    if (!value) return false;
+    struct context context = {scene->folder, NULL, 0};
+    const int preset = preset_of((struct param_target[]){{table, NULL}, {NULL, NULL}}, scene_find(scene, block), &context);
     while (table->name && strcmp(table->name, key) != 0) table++;
     check(table->name && table->fallback);
-    return value && strtod(value, NULL) != strtod(table->fallback, NULL);
+    char *fallback = alternative(table->fallback, preset);
+    const bool chosen = strtod(value, NULL) != strtod(fallback, NULL);
+    mem_free(fallback);
+    return chosen;
 }
 
 /* The shortest decimal number that reads back as the same bits. */
