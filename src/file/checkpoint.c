@@ -207,13 +207,13 @@ static void read_rows(struct sim *sim, struct h5 *file, const char *path, struct
 static void adopt_ticks(struct sim *sim, const char *path, double dt_max)
 {
     int64_t *cadence[] = {&sim->time.snapshot, &sim->time.energy, &sim->time.checkpoint, &sim->time.picture};
-    const double longest = (double)((int64_t)1 << RUNG_TOP), ratio = dt_max / sim->time.dt_max;
+    const double longest = (double)((int64_t)1 << RUNG_TOP), never = 0x1p62, ratio = dt_max / sim->time.dt_max;
     int power;
     bool fits = frexp(ratio, &power) == 0.5;
     for (int i = 0; i < 4; i++) {
         double ticks = ratio * (double)*cadence[i];
         fits = fits && fmod(ticks, longest) == 0;
-        if (fits) *cadence[i] = (int64_t)ticks;
+        if (fits) *cadence[i] = (int64_t)fmin(ticks, never);
     }
     if (!fits)
         problems_add(&sim->problems, "%s has a longest step of %.17g, this scene one of %.17g: a run is continued "
@@ -234,6 +234,7 @@ static void read_all(struct sim *sim, struct h5 *file, const char *path)
     }
     list_modules(sim, own);
     if (!same_list(sim, file, (const char *[2]){"Checkpoint", "modules"}, path, own)) return;
+    provenance_check(file, sim, path);
     read_fields(file, "Checkpoint", sim_fields, sim);
     adopt_ticks(sim, path, dt_max);
     for (int u = 0; u < sim->n_use; u++) {
