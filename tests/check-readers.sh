@@ -91,4 +91,24 @@ if "$python" -c 'import matplotlib' 2>/dev/null; then
         [ "$(wc -l <err)" -eq 1 ] || fail "$plot.py: more than one line: $(head -n 3 err)"
     done
 fi
+
+# More rows than the program counts: refused before they are read (the file holds none of them).
+"$python" - <<'P' || fail "no file of 3e9 rows"
+import h5py
+with h5py.File("many.hdf5", "w") as f:
+    f.create_group("Header").attrs["MassTable"] = [0., 1., 0., 0., 0., 0.]
+    for name, shape, kind in ("Coordinates", (3000000000, 3), "f8"), ("ParticleIDs", (3000000000,), "u8"):
+        f.create_dataset("PartType1/" + name, shape, kind, chunks=(65536,) + shape[1:])
+P
+expect_status 2 tephra compare many.hdf5 many.hdf5
+expect_text 'PartType1 has 3000000000 rows: at most 2147483647 can be compared' err
+cat >many.yml <<'Y'
+units: {G: 1}
+start: {file: many.hdf5}
+time: {end: 1}
+output: {snapshot_every: 1}
+gravity: {softening: 1}
+Y
+expect_status 2 tephra check many.yml
+expect_text 'many.hdf5 holds more than the 2147483647 rows that a rank can have' err
 finish

@@ -49,6 +49,8 @@ static const struct table *find_table(const struct side *side, const char *group
 /* Ids in ascending order and the rows they stand in. */
 static uint64_t *sorted_ids(struct h5 *file, const struct table *table, int32_t **row)
 {
+    if (table->rows > INT32_MAX)
+        fail(STATUS_INPUT, "%s has %" PRId64 " rows: at most %d can be compared", table->group, table->rows, INT32_MAX);
     uint64_t *id = tables_read_ids(file, table);
     *row = mem_array("files", int32_t, table->rows);
     for (int64_t i = 0; i < table->rows; i++) (*row)[i] = (int32_t)i;

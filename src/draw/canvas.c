@@ -85,8 +85,12 @@ void canvas_write(const struct canvas *canvas, const char *path)
     bool done = stream && png_image_write_to_stdio(&image, stream, 0, canvas->rgb, 0, NULL)
              && fflush(stream) == 0 && fsync(fileno(stream)) == 0;
     int reason = errno;
-    if (stream && fclose(stream) != 0) done = false;
+    if (stream && fclose(stream) != 0 && done) {
+        done = false;
+        reason = errno;
+    }
     if (done && rename(temporary, path) == 0) return;
+    if (done) reason = errno;
     unlink(temporary);
     fail(STATUS_ENVIRONMENT, "cannot write %s: %s", path, strerror(reason));
 }

@@ -295,6 +295,12 @@ static void read_group(struct reader *r, int type)
     if (r->count[type] >= 0 && r->count[type] != (double)g.part.all)
         problems_add(&r->sim->problems, "%s: Header promises %.0f rows of PartType%d, Coordinates has %" PRId64
                      ": the file is not whole; write it anew", r->path, r->count[type], type, g.part.all);
+    int64_t total = g.part.all;
+    for_species(r->sim, s) total += r->sim->spread ? 0 : s->n;
+    if (total > INT32_MAX) {
+        problems_add(&r->sim->problems, "%s holds more than the %d rows that a rank can have", r->path, INT32_MAX);
+        return;
+    }
     make_room(&g);
     for (int c = 0; c < N_COLUMNS; c++)
         if (is_read(c) && species_has(g.table, c)) read_column(&g, c);
