@@ -4,6 +4,7 @@
  * within `linking` mean distances of rows at the threshold. */
 #include "comm.h"
 #include "file/layout.h"
+#include "file/text_file.h"
 #include "log.h"
 #include "mem.h"
 #include "module.h"
@@ -157,12 +158,12 @@ static struct clump *add_up(const struct mesh *mesh, int64_t least, int64_t *cou
 
 static void write_file(const struct sim *sim, const struct clump *clump, int64_t count)
 {
-    const struct output *output = sim_state(sim, "output");
     const struct units *units = &sim->units;
     const char *const unit[] = {"M", "M L^-3", "L", "L", "L", "V", "V", "V"};
     const char *const name[] = {"mass", "densest", "x", "y", "z", "vx", "vy", "vz"};
-    char *path = mem_format("clumps", "%s/clumps_%03lld.csv", sim->folder, (long long)output->snapshots - 1), text[64];
-    FILE *file = fopen(path, "w");
+    char *path = output_companion(sim, "clumps", "csv"), text[64];
+    struct text_file whole = text_file_open(path);
+    FILE *file = whole.stream;
     if (!file) fail(STATUS_ENVIRONMENT, "%s: cannot be written: %s", path, strerror(errno));
     fprintf(file, "clump,rows");
     for (int k = 0; k < 8; k++) {
@@ -176,7 +177,7 @@ static void write_file(const struct sim *sim, const struct clump *clump, int64_t
         for (int k = 0; k < 3; k++) fprintf(file, ",%.8g", clump[c].vel[k] / clump[c].mass * layout_factor(units, "V"));
     }
     fprintf(file, "\n");
-    if (fclose(file) != 0) fail(STATUS_ENVIRONMENT, "%s: cannot be written: %s", path, strerror(errno));
+    if (!text_file_close(&whole)) fail(STATUS_ENVIRONMENT, "%s: cannot be written: %s", path, strerror(errno));
     mem_free(path);
 }
 
@@ -185,9 +186,7 @@ static void record(struct sim *sim, void *state)
 {
     const struct clumps *clumps = state;
     const struct species *gas = &sim->species[GAS];
-    const int64_t tick = sim->time.tick;
-    bool due = tick == 0 || tick == sim->time.tick_end || (sim->time.snapshot > 0 && tick % sim->time.snapshot == 0);
-    if (comm_rank() != 0 || gas->n == 0 || !sim->folder || !timeline_synchronous(&sim->time) || !due) return;
+    if (comm_rank() != 0 || gas->n == 0 || !output_wrote_snapshot(sim)) return;
     double mass = 0, sum = 0;
     for (int64_t i = 0; i < gas->n; i++) mass += gas->mass[i];
     struct mesh mesh = {.gas = gas, .length = clumps->linking * cbrt(mass / (double)gas->n / clumps->density)};
@@ -208,5 +207,5 @@ static void record(struct sim *sim, void *state)
 
 const struct module clumps_module = {
     .name = "clumps", .whole = true, .open_space = true, .doc = "groups of dense gas, listed at every snapshot", .params = params,
-    .requires = needed, .state_bytes = sizeof(struct clumps), .hook = {[HOOK_RECORD] = record},
+    .companion = "clumps", .requires = needed, .state_bytes = sizeof(struct clumps), .hook = {[HOOK_RECORD] = record},
 };

@@ -4,6 +4,7 @@
 #include "comm.h"
 #include "log.h"
 #include "module.h"
+#include "output.h"
 #include "ranks.h"
 #include "sph/sph.h"
 #include <math.h>
@@ -50,7 +51,7 @@ static void record(struct sim *sim, void *state)
     const struct jeans *jeans = state;
     const struct sph *sph = sim_state(sim, "sph");
     const struct species *gas = &sim->species[GAS];
-    if (!timeline_synchronous(&sim->time) || sim->time.snapshot <= 0 || sim->time.tick % sim->time.snapshot != 0) return;
+    if (!output_wrote_snapshot(sim)) return;
     double sum[2] = {0, 0}, most = 0;
     for (int64_t i = gas->own; i < gas->own + gas->n_own; i++) {
         double rho = (double)gas->rho[i], u = gas->u ? (double)gas->u[i] : 0;

@@ -6,6 +6,7 @@
 #include "cooling.h"
 #include "draw/canvas.h"
 #include "file/layout.h"
+#include "file/text_file.h"
 #include "mem.h"
 #include "module.h"
 #include "output.h"
@@ -82,7 +83,8 @@ static struct map make_map(const struct sim *sim, const struct phase_diagram *ph
 /* A row for each cell that holds gas. */
 static void write_table(const struct phase_diagram *phase, const struct map *map, const char *path)
 {
-    FILE *file = fopen(path, "w");
+    struct text_file whole = text_file_open(path);
+    FILE *file = whole.stream;
     if (!file) fail(STATUS_ENVIRONMENT, "%s: cannot be written: %s", path, strerror(errno));
     fprintf(file, "log_n_H [cm^-3],log_T [K],mass [Msun]\n");
     for (int j = 0; j < map->n[1]; j++)
@@ -92,7 +94,7 @@ static void write_table(const struct phase_diagram *phase, const struct map *map
                 fprintf(file, "%.2f,%.2f,%.9g\n", phase->axis[0].value[0] + (i + 0.5) / CELLS,
                         phase->axis[1].value[0] + (j + 0.5) / CELLS, mass);
         }
-    if (fclose(file) != 0) fail(STATUS_ENVIRONMENT, "%s: cannot be written: %s", path, strerror(errno));
+    if (!text_file_close(&whole)) fail(STATUS_ENVIRONMENT, "%s: cannot be written: %s", path, strerror(errno));
 }
 
 /* --- the picture --- */
@@ -160,23 +162,20 @@ static void record(struct sim *sim, void *state)
 {
     const struct phase_diagram *phase = state;
     const struct species *gas = &sim->species[GAS];
-    const struct output *output = sim_state(sim, "output");
-    const int64_t tick = sim->time.tick;
-    bool due = tick == 0 || tick == sim->time.tick_end || (sim->time.snapshot > 0 && tick % sim->time.snapshot == 0);
-    if (comm_rank() != 0 || gas->n == 0 || !sim->folder || !timeline_synchronous(&sim->time) || !due) return;
+    if (comm_rank() != 0 || gas->n == 0 || !output_wrote_snapshot(sim)) return;
     float (*at)[2] = find_places(sim, phase);
     struct map map = make_map(sim, phase, (const float (*)[2])at);
-    char *path = mem_format("phase_diagram", "%s/phase_%03lld.csv", sim->folder, (long long)output->snapshots - 1);
-    write_table(phase, &map, path);
-    strcpy(strrchr(path, '.'), ".png");
-    draw(sim, phase, &map, path);
-    mem_free(path);
+    char *table = output_companion(sim, "phase_diagram", "csv"), *picture = output_companion(sim, "phase_diagram", "png");
+    write_table(phase, &map, table);
+    draw(sim, phase, &map, picture);
+    mem_free(table);
+    mem_free(picture);
     mem_free(map.mass);
     mem_free(at);
 }
 
 const struct module phase_diagram_module = {
     .name = "phase_diagram", .whole = true, .doc = "the gas by density and temperature, at every snapshot", .kind = MODULE_BLOCK,
-    .params = params, .requires = needed, .state_bytes = sizeof(struct phase_diagram),
+    .companion = "phase", .params = params, .requires = needed, .state_bytes = sizeof(struct phase_diagram),
     .declare = declare, .hook = {[HOOK_RECORD] = record},
 };

@@ -5,6 +5,7 @@
 #include "comm.h"
 #include "constants.h"
 #include "file/layout.h"
+#include "file/text_file.h"
 #include "mem.h"
 #include "module.h"
 #include "output.h"
@@ -82,30 +83,28 @@ static const double lowest = 2, width = 0.2;       /* decades of Msun */
 static void record(struct sim *sim, void *state)
 {
     const struct species *cloud = &sim->species[CLOUD];
-    const struct output *output = sim_state(sim, "output");
-    const int64_t tick = sim->time.tick;
     double number[BINS] = {0}, mass[BINS] = {0};
-    bool due = tick == 0 || tick == sim->time.tick_end || (sim->time.snapshot > 0 && tick % sim->time.snapshot == 0);
     (void)state;
-    if (comm_rank() != 0 || !sim->folder || !timeline_synchronous(&sim->time) || !due) return;
+    if (comm_rank() != 0 || !output_wrote_snapshot(sim)) return;
     for (int64_t i = 0; i < cloud->n; i++) {
         const double suns = cloud->mass[i] * sim->units.mass / CONST_M_SUN, at = (log10(suns) - lowest) / width;
         if (!(suns > 0) || at < 0 || at >= BINS) continue;
         number[(int)at]++;
         mass[(int)at] += suns;
     }
-    char *path = mem_format("phases", "%s/cloud_masses_%03lld.csv", sim->folder, (long long)output->snapshots - 1);
-    FILE *file = fopen(path, "w");
+    char *path = output_companion(sim, "phases", "csv");
+    struct text_file whole = text_file_open(path);
+    FILE *file = whole.stream;
     if (!file) fail(STATUS_ENVIRONMENT, "%s: cannot be written: %s", path, strerror(errno));
     fprintf(file, "from [Msun],to [Msun],clouds,mass [Msun]\n");
     for (int b = 0; b < BINS; b++)
         fprintf(file, "%.6g,%.6g,%.0f,%.9g\n", pow(10, lowest + b * width), pow(10, lowest + (b + 1) * width), number[b], mass[b]);
-    if (fclose(file) != 0) fail(STATUS_ENVIRONMENT, "%s: cannot be written: %s", path, strerror(errno));
+    if (!text_file_close(&whole)) fail(STATUS_ENVIRONMENT, "%s: cannot be written: %s", path, strerror(errno));
     mem_free(path);
 }
 
 const struct module phases_module = {
     .name = "phases", .whole = true, .doc = "masses and volumes of hot gas, warm gas and clouds; the clouds' mass spectrum",
-    .kind = MODULE_BLOCK, .params = params, .requires = requires, .state_bytes = sizeof(struct phases), .budget = budget,
-    .hook = {[HOOK_RECORD] = record},
+    .companion = "cloud_masses", .kind = MODULE_BLOCK, .params = params, .requires = requires,
+    .state_bytes = sizeof(struct phases), .budget = budget, .hook = {[HOOK_RECORD] = record},
 };

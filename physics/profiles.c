@@ -360,14 +360,12 @@ static void record(struct sim *sim, void *state)
 {
     const struct profiles *profiles = state;
     const struct output *output = sim_state(sim, "output");
-    const struct timeline *time = &sim->time;
-    if (!sim->synchronous || output->recorded != time->tick || !sim->folder) return;
+    if (!sim->synchronous || output->recorded != sim->time.tick || !sim->folder) return;
     const struct centre origin = {{0}, {0}};
     const struct centre c = profiles->centre == CENTRE_ORIGIN ? origin : centre_of(sim, profiles, -1);
     record_lagrange(sim, profiles, &c);
     if (profiles->split > 0) record_separation(sim, profiles);
-    const bool due = time->tick == 0 || time->tick == time->tick_end || (time->snapshot > 0 && time->tick % time->snapshot == 0);
-    if (due && !isnan(profiles->outer)) record_rings(sim, profiles, &c);
+    if (output_wrote_snapshot(sim) && !isnan(profiles->outer)) record_rings(sim, profiles, &c);
 }
 
 const struct module profiles_module = {

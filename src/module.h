@@ -46,6 +46,7 @@ struct module {
     bool open_space;                    /* refused together with a box (box.h) */
     bool resident;                      /* its hooks say which columns they touch (device_rows.h); else all come to the host */
     bool whole;                         /* reads rows of other ranks without asking for them: every rank must hold all rows */
+    const char *companion;              /* its files COMPANION_NNN.* have the number of the snapshot they lie beside (output.h) */
     size_t state_bytes;                 /* private state; params fill its fields by offset */
     const struct saved *saved;          /* what a checkpoint holds of it; name NULL ends */
     /* Checks parameters against each other (sim->problems) and asks for columns of species and nodes. */

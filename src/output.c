@@ -16,6 +16,7 @@
 #include "steps.h"
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 /* Seconds after which the log has a line again, whatever is due. */
 enum { LOG_EVERY = 30 };
@@ -100,6 +101,23 @@ void output_snapshot(struct sim *sim)
     ghosts_forget(sim);     /* room for slices of files */
     snapshot_write(sim, in_folder(sim, path, sizeof path, "snapshot_%03lld.hdf5", output->snapshots++),
                    (enum snapshot_precision)output->snapshot_precision);
+    output->wrote_snapshot = true;
+}
+
+bool output_wrote_snapshot(const struct sim *sim)
+{
+    const struct output *output = sim_state(sim, "output");
+    return output->wrote_snapshot;
+}
+
+char *output_companion(const struct sim *sim, const char *module, const char *extension)
+{
+    const struct output *output = sim_state(sim, "output");
+    const char *stem = NULL;
+    for (int u = 0; u < sim->n_use; u++)
+        if (strcmp(sim->use[u].module->name, module) == 0) stem = sim->use[u].module->companion;
+    check(stem && output->wrote_snapshot);
+    return mem_format("files", "%s/%s_%03lld.%s", sim->folder, stem, (long long)output->snapshots - 1, extension);
 }
 
 void output_advise(const struct sim *sim)
@@ -219,6 +237,7 @@ static void write_files(struct sim *sim, struct output *output)
 static void output_record(struct sim *sim, void *state)
 {
     struct output *output = state;
+    output->wrote_snapshot = false;
     if (!sim->synchronous) {
         progress(sim);
         return;

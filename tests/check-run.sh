@@ -91,6 +91,31 @@ expect_status 2 tephra check "$scene" --set sph.equation=entropy;  expect_text '
 expect_status 2 tephra check "$scene" --set sph.grad_h=on;         expect_text 'count' err
 expect_status 2 tephra check "$scene" --set sph.strength=shocks --set sph.alpha_min=3; expect_text 'alpha_min' err
 
+# used.yml holds the preset's own default of a key that the scene's choice leaves without meaning, and can be run again.
+still="--set sph.preset=modern --set sph.strength=constant"
+expect_status 0 tephra run "$scene" $small $still --set time.end=0.1 --out still
+expect_status 0 tephra check still/used.yml
+expect_status 0 tephra run --restart still --set time.end=0.2
+expect_status 2 tephra check "$scene" $small $still --set sph.alpha_min=0.3; expect_text 'alpha_min has a meaning' err
+
+# A cadence beyond the end of the run, by any factor: a snapshot at its start and one at its end.
+expect_status 0 tephra run "$scene" --set start.n=500 --set time.end=0.1 --set time.dt_max=0.01 --set output.snapshot_every=1e12 \
+    --set output.picture_every=1e12 --out rare
+[ "$(ls rare | grep -c snapshot_)" -eq 2 ] && [ "$(ls rare | grep -c picture_)" -eq 2 ] || fail "snapshots of a rare cadence: $(ls rare)"
+
+# What was changed in used.yml by hand would be another run.
+cp still/used.yml saved.yml
+for change in 'softening: [^ ]*/softening: 0.5/softening: .*0.5' 'n: 2000/n: 3000/start.n: 2000.*3000' \
+              'G: 1$/G: 2/units.G: 1,.* 2' 'strength: constant/strength: shocks/sph.strength: constant'; do
+    from=${change%%/*}; rest=${change#*/}; to=${rest%%/*}; words=${rest#*/}
+    sed "s/^  $from/  $to/" saved.yml >still/used.yml
+    cmp -s saved.yml still/used.yml && fail "used.yml has no $from"
+    expect_status 2 tephra run --restart still --set time.end=0.3
+    expect_text "$words.* may not change when a run is continued" err
+done
+sed 's/^  courant: .*/  courant: 0.2/' saved.yml >still/used.yml
+expect_status 0 tephra run --restart still --set time.end=0.3
+
 # A continued run keeps what it is made of; what may change is kept in used.yml.
 expect_status 2 tephra run --restart half --set gravity.softening=0.5; expect_text 'softening' err
 expect_status 2 tephra run --restart half --set sph=off;               expect_text 'sph' err
@@ -110,13 +135,39 @@ sph: {}
 Y
 expect_status 2 tephra run from-file.yml --out half --force
 expect_text 'snapshot_000.hdf5' err
+expect_status 0 tephra convert half/snapshot_000.hdf5 elsewhere.hdf5
+sed 's/^start: .*/start: {generator: combine, first: elsewhere.hdf5, second: elsewhere.hdf5, separation: 5, pericentre: 1}/' from-file.yml >combine.yml
+for pair in 'elsewhere half/snapshot_000 second' 'half/snapshot_000 elsewhere first'; do
+    set -- $pair
+    expect_status 2 tephra run combine.yml --set start.first=$1.hdf5 --set start.second=$2.hdf5 --out half --force
+    expect_text "start.$3 lies in the run directory" err
+done
+ln -s half/snapshot_000.hdf5 link.hdf5
+expect_status 2 tephra run from-file.yml --set start.file=link.hdf5 --out half --force
+for f in snapshot_000_map.png plan_001.csv snapshot_000.txt; do echo mine >half/$f; done
+printf 't [Gyr],a\n9,1\n' >half/lagrange.csv
+for f in snapshot_007.hdf5 phase_007.csv phase_007.png clumps_007.csv cloud_masses_1007.csv picture_007.png.tmp checkpoint.previous.hdf5; do
+    echo old >half/$f
+done
+mkdir q1 'q[1]'
+cp half/used.yml q1
+expect_status 0 tephra run "$scene" --set start.n=500 --set time.end=0.01 --out 'q[1]' --force
+[ -s q1/used.yml ] || fail "--force took files of another folder, whose name its own matches as a pattern"
 expect_status 0 tephra run "$scene" $small --set time.end=0.1 --out half --force
-[ -s half/mine.csv ] || fail "--force took a file of the user's"
+for f in mine.csv snapshot_000_map.png plan_001.csv snapshot_000.txt; do [ -s half/$f ] || fail "--force took a file of the user's: $f"; done
+ls half | grep -e 007 -e lagrange -e previous && fail "--force left files of the run before"
+[ "$(sed -n 2p half/energy.csv | cut -d, -f1)" = 0 ] && [ "$(grep -c '^0,' half/energy.csv)" -eq 1 ] ||
+    fail "energy.csv was appended to after --force"
 
 # Numbers that fail: told once, in the log too, with a last snapshot.
 expect_status 3 tephra run "$scene" $small --set output.energy_limit=1e-12 --out failed
 [ "$(grep -c 'energy_limit' err)" -eq 1 ] || fail "the reason is told $(grep -c 'energy_limit' err) times"
 expect_text 'energy_limit' failed/log.txt
+# What lies beside a snapshot stays as it was then, and the last state has a snapshot alone.
+expect_status 0 tephra run "$scene" $small --set clumps={} --set clumps.density=1 --set clumps.least=1 --set time.end=0.1 --out beside
+expect_status 3 tephra run "$scene" $small --set clumps={} --set clumps.density=1 --set clumps.least=1 --set output.energy_limit=1e-12 --out besides
+cmp -s beside/clumps_000.csv besides/clumps_000.csv || fail "a step that failed changed the clumps beside the last snapshot"
+[ "$(ls besides | grep -c snapshot_)" -eq 2 ] && [ "$(ls besides | grep -c clumps_)" -eq 1 ] || fail "after a failure: $(ls besides)"
 ls failed/snapshot_*.hdf5 >/dev/null || fail "no last snapshot"
 
 # A force beyond what a float holds: the particle is named, and the last state is kept.
@@ -145,7 +196,8 @@ fi
 # ask FOLDER COMMAND...: a run there, and the command once its first snapshot stands; the status of the run in $status.
 ask() {
     folder=$1; shift
-    tephra run "$scene" $small --set output.snapshot_every=0.2 --set output.energy_every=0.0125 --out $folder >/dev/null 2>&1 &
+    tephra run "$scene" $small --set output.snapshot_every=0.2 --set output.energy_every=0.0125 --set clumps={} --set clumps.density=1 \
+        --set clumps.least=1 --out $folder >/dev/null 2>&1 &
     pid=$!
     while [ ! -s $folder/snapshot_000.hdf5 ] && kill -0 $pid 2>/dev/null; do sleep 0.02; done
     "$@"
@@ -162,6 +214,7 @@ ask usr2 by_signal USR2
 [ -s usr2/snapshot_003.hdf5 ] || fail "SIGUSR2 gave no snapshot: $(ls usr2)"
 tephra info usr2/snapshot_001.hdf5 | awk '$1 == "time" && NF == 2 { t = $2 } END { exit !(t > 0 && t < 0.2) }' ||
     fail "the snapshot asked for is not the first"
+for k in 0 1 2 3; do [ -s usr2/clumps_00$k.csv ] || fail "no clumps beside snapshot $k: $(ls usr2)"; done
 tephra run "$scene" $small --out wall --max-wall 0s >/dev/null 2>&1
 [ $? -eq 4 ] || fail "--max-wall: exit status is not 4"
 

@@ -10,7 +10,6 @@
 #include "start.h"
 #include <errno.h>
 #include <getopt.h>
-#include <glob.h>
 #include <math.h>
 #include <omp.h>
 #include <stdio.h>
@@ -158,14 +157,4 @@ void cmd_check_writable(const char *path, const char *option)
     fclose(file);
     unlink(probe);
     mem_free(probe);
-}
-
-void cmd_remove_files(const char *folder, const char *pattern)
-{
-    char path[4096];
-    glob_t found;
-    snprintf(path, sizeof path, "%s/%s", folder, pattern);
-    if (glob(path, 0, NULL, &found) == 0)
-        for (size_t i = 0; i < found.gl_pathc; i++) unlink(found.gl_pathv[i]);
-    globfree(&found);
 }

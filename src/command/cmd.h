@@ -29,6 +29,4 @@ struct sim *cmd_sim(struct scene *scene);
 void cmd_open_device(const struct cmd_options *options, struct sim *sim);
 /* Ends the program with STATUS_INPUT where a file could not be made under that name; option: what names another. */
 void cmd_check_writable(const char *path, const char *option);
-/* Removes the files of a folder whose names match a shell pattern. */
-void cmd_remove_files(const char *folder, const char *pattern);
 #endif

@@ -15,6 +15,7 @@
 #include "signals.h"
 #include "start.h"
 #include "version.h"
+#include <dirent.h>
 #include <errno.h>
 #include <omp.h>
 #include <stdio.h>
@@ -44,15 +45,43 @@ static char *default_folder(const char *scene)
     return folder;
 }
 
-/* Takes away what a run writes, and nothing else. */
+/* STEM_NNN.csv, .hdf5 or .png. */
+static bool numbered(const char *name, const char *stem)
+{
+    static const char *const endings[] = {".csv", ".hdf5", ".png"};
+    const size_t length = strlen(stem);
+    if (strncmp(name, stem, length) != 0 || name[length] != '_') return false;
+    const size_t digits = strspn(name + length + 1, "0123456789");
+    bool known = false;
+    for (int e = 0; e < 3; e++) known = known || strcmp(name + length + 1 + digits, endings[e]) == 0;
+    return known && digits >= 3;
+}
+
+static bool written_by_runs(const char *name)
+{
+    static const char *const fixed[] = {"used.yml", "log.txt", "profile.csv", "ranks.csv", "checkpoint.hdf5",
+                                        "checkpoint.previous.hdf5", "stop"};
+    bool ours = numbered(name, "snapshot") || numbered(name, "picture");
+    for (size_t f = 0; f < sizeof fixed / sizeof *fixed; f++) ours = ours || strcmp(name, fixed[f]) == 0;
+    for (const struct module *const *m = module_list; *m; m++) ours = ours || ((*m)->companion && numbered(name, (*m)->companion));
+    return ours;
+}
+
+/* Takes away what a run writes, finished or not, and nothing else. */
 static void clear_folder(const char *folder)
 {
-    const char *const kinds[] = {"used.yml", "log.txt", "energy.csv", "budget.csv", "profile.csv", "ranks.csv", "clumps_*.csv",
-                                 "snapshot_*.hdf5", "picture_*.png", "checkpoint*.hdf5", "stop",
-                                 "used.yml.tmp", "profile.csv.tmp", "ranks.csv.tmp", "snapshot_*.hdf5.tmp", "picture_*.png.tmp",
-                                 "checkpoint*.hdf5.tmp"};
     log_warning("%s: taking away the files of the run before (--force)", folder);
-    for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++) cmd_remove_files(folder, kinds[k]);
+    DIR *listing = opendir(folder);
+    if (!listing) fail(STATUS_INPUT, "%s: cannot be read: %s (--out DIR names another)", folder, strerror(errno));
+    for (struct dirent *entry = readdir(listing); entry; entry = readdir(listing)) {
+        char *path = mem_format("frame", "%s/%s", folder, entry->d_name), *name = text_join(entry->d_name, "");
+        const size_t length = strlen(name), unfinished = strlen(".tmp");
+        if (length > unfinished && strcmp(name + length - unfinished, ".tmp") == 0) name[length - unfinished] = '\0';
+        if (written_by_runs(name) || series_is(path)) unlink(path);
+        mem_free(name);
+        mem_free(path);
+    }
+    closedir(listing);
 }
 
 static _Noreturn void refuse_folder(const char *folder)
@@ -83,18 +112,32 @@ static void make_folder(const char *folder, bool force)
     clear_folder(folder);
 }
 
-/* --force would take the file away that the run begins from. */
-static void spare_start_file(const struct sim *sim, const char *folder)
+/* Whether the file itself, not what a link of that name leads to, lies in the folder. */
+static bool lies_in(const char *path, const char *folder)
 {
-    if (!sim->start->file) return;
-    char *file = text_join(sim->start->file, ""), *slash = strrchr(file, '/');
-    struct stat own, run;
-    if (slash) slash[slash == file] = '\0';
-    if (stat(slash ? file : ".", &own) == 0 && stat(folder, &run) == 0
-        && own.st_dev == run.st_dev && own.st_ino == run.st_ino)
-        fail(STATUS_INPUT, "%s: start.file lies in the run directory, which --force would clear (--out DIR names another)",
-             sim->start->file);
-    mem_free(file);
+    char *own = text_join(path, ""), *slash = strrchr(own, '/');
+    struct stat here, there;
+    if (slash) slash[slash == own] = '\0';
+    bool same = stat(slash ? own : ".", &here) == 0 && stat(folder, &there) == 0 && here.st_dev == there.st_dev
+             && here.st_ino == there.st_ino;
+    mem_free(own);
+    return same;
+}
+
+/* --force would take the files away that the run begins from. */
+static void spare_start_files(const struct sim *sim, const char *folder)
+{
+    struct param_target targets[3];
+    start_targets(sim->start, targets);
+    for (const struct param_target *target = targets; target->table; target++)
+        for (const struct param *p = target->table; p->name; p++) {
+            const char *path = p->type == PARAM_PATH ? *(char *const *)((const char *)target->values + p->offset) : NULL;
+            char *end = path ? realpath(path, NULL) : NULL;
+            if (path && (lies_in(path, folder) || (end && lies_in(end, folder))))
+                fail(STATUS_INPUT, "%s: start.%s lies in the run directory, which --force would clear (--out DIR names another)",
+                     path, p->name);
+            free(end);
+        }
 }
 
 /* Without a whole used.yml a run cannot be continued: a folder that has just been made goes again. */
@@ -106,8 +149,10 @@ static void write_used(const struct sim *sim, bool fresh)
     if (file.stream) sim_write_used(sim, file.stream);
     if (!text_file_close(&file)) {
         int why = errno;
-        if (fresh) cmd_remove_files(sim->folder, "log.txt");
+        char *log = text_join(sim->folder, "/log.txt");
+        if (fresh) unlink(log);
         if (fresh) rmdir(sim->folder);
+        mem_free(log);
         fail(STATUS_ENVIRONMENT, "%s: cannot be written: %s", path, strerror(why));
     }
     mem_free(path);
@@ -169,7 +214,7 @@ static int fresh(const struct cmd_options *options)
     problems_report(&sim->problems);
     sim_begin(sim);
     problems_report(&sim->problems);
-    if (options->force) spare_start_file(sim, folder);
+    if (options->force) spare_start_files(sim, folder);
     make_folder(folder, options->force);
     comm_barrier();
     sim->folder = folder;

@@ -44,8 +44,20 @@ void series_time(const struct sim *sim, FILE *file)
 void series_close(const struct sim *sim, const char *name, FILE *file)
 {
     char *path = path_of(sim, name);
-    if (fclose(file) != 0) not_written(path);
+    const bool written = !ferror(file);
+    if (fclose(file) != 0 || !written) not_written(path);
     mem_free(path);
+}
+
+bool series_is(const char *path)
+{
+    const size_t length = strlen(path), ending = strlen(".csv");
+    char first[sizeof first_name] = "";
+    if (length < ending || strcmp(path + length - ending, ".csv") != 0) return false;
+    FILE *file = fopen(path, "r");
+    const bool series = file && fgets(first, sizeof first, file) && strcmp(first, first_name) == 0;
+    if (file) fclose(file);
+    return series;
 }
 
 static void trim(const struct sim *sim, const char *path)
@@ -56,14 +68,14 @@ static void trim(const struct sim *sim, const char *path)
     char *line = NULL;
     size_t size = 0;
     long keep = 0;
-    bool series = getline(&line, &size, file) > 0 && strncmp(line, first_name, strlen(first_name)) == 0;
-    while (series && line[strlen(line) - 1] == '\n') {      /* else it was cut short while it was written */
+    bool whole = getline(&line, &size, file) > 0;
+    while (whole && line[strlen(line) - 1] == '\n') {      /* else it was cut short while it was written */
         keep = ftell(file);
         if (getline(&line, &size, file) <= 0 || strtod(line, NULL) > now + 1e-9 * fabs(now)) break;
     }
     free(line);
     fclose(file);
-    if (series && truncate(path, keep) != 0) not_written(path);
+    if (truncate(path, keep) != 0) not_written(path);
 }
 
 void series_trim(const struct sim *sim)
@@ -72,10 +84,8 @@ void series_trim(const struct sim *sim)
     DIR *folder = opendir(sim->folder);
     if (!folder) fail(STATUS_ENVIRONMENT, "%s: cannot be read: %s", sim->folder, strerror(errno));
     for (struct dirent *entry = readdir(folder); entry; entry = readdir(folder)) {
-        const char *dot = strrchr(entry->d_name, '.');
-        if (!dot || strcmp(dot, ".csv") != 0) continue;
         char *path = path_of(sim, entry->d_name);
-        trim(sim, path);
+        if (series_is(path)) trim(sim, path);
         mem_free(path);
     }
     closedir(folder);

@@ -12,6 +12,8 @@ FILE *series_open(const struct sim *sim, const char *name, void (*header)(FILE *
 /* Begins a row with the present time; the caller adds the other columns, each with a comma before it, and a newline. */
 void series_time(const struct sim *sim, FILE *file);
 void series_close(const struct sim *sim, const char *name, FILE *file);
+/* Whether a file is one of these series. */
+bool series_is(const char *path);
 /* Before a run goes on: drops the rows of all series that are later than now, or cut short. */
 void series_trim(const struct sim *sim);
 #endif
