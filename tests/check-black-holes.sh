@@ -21,6 +21,13 @@ head -n 1 pair/binaries.csv | grep -q '^t \[L V^-1\],id_1,id_2,mass_1 \[M\],.*,e
 small="--set start.n=150 --set start.hole_mass=0.1 --set start.hole_distance=0.2 --set output.snapshot_every=0.5"
 expect_status 0 tephra run "$scene" $small --set time.end=2 --out one --threads 1
 [ $(wc -l <one/binaries.csv) -gt 4 ] || fail "no binary: $(cat one/binaries.csv)"
+# The contract of snapshots: holes are PartType5 and no stars of PartType4, and a file of them is read as it was written.
+tephra info one/snapshot_004.hdf5 >info
+grep -q '^star: 148 rows, group PartType4$' info && grep -q '^star: 2 rows, group PartType5$' info ||
+    fail "groups of a snapshot with holes: $(grep group info)"
+[ $(grep -c BlackHole info) = 1 ] || fail "BlackHole stands not only in PartType5: $(cat info)"
+tephra convert one/snapshot_004.hdf5 again.hdf5 && tephra info again.hdf5 | grep -A 2 'PartType5$' | grep -q 'BlackHole  *b  *1 ... 1' ||
+    fail "holes are lost in a converted file: $(tephra info again.hdf5)"
 expect_status 0 tephra run "$scene" $small --set time.end=2 --out two --threads 2
 same one/snapshot_004.hdf5 two/snapshot_004.hdf5
 expect_status 0 tephra run "$scene" $small --set time.end=1 --out half --threads 1

@@ -10,6 +10,17 @@
 
 const int layout_type[N_SPECIES] = {[GAS] = 0, [DARK] = 1, [CLOUD] = 3, [STAR] = 4};
 
+int layout_type_of(const struct species *table, int64_t row)
+{
+    const bool hole = table->hole && table->hole[row], sink = table->sink && table->sink[row];
+    return hole || sink ? LAYOUT_HOLES : layout_type[table->kind];
+}
+
+bool layout_holds(int type, enum column column)
+{
+    return type == LAYOUT_HOLES || (column != COLUMN_hole && column != COLUMN_sink && column != COLUMN_spin);
+}
+
 static const char letters[] = "LMV";
 static const char *const kpc_names[3] = {"kpc", "1e10 Msun", "km/s"};
 

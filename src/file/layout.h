@@ -6,8 +6,12 @@
 #define TEPHRA_LAYOUT_H
 #include "sim.h"
 
-enum { LAYOUT_TYPES = 6, LAYOUT_HOLES = 5 };     /* PartType0 to PartType5; black holes of other programs */
-extern const int layout_type[N_SPECIES];    /* the PartType of a species */
+enum { LAYOUT_TYPES = 6, LAYOUT_HOLES = 5 };    /* PartType0 to PartType5; black holes and sinks, which are star rows here */
+extern const int layout_type[N_SPECIES];    /* the PartType of a species' other rows */
+/* The PartType of a row. */
+int layout_type_of(const struct species *table, int64_t row);
+/* Whether the rows of a PartType have a column of their table: marks of holes and sinks, and the spin of these, are theirs. */
+bool layout_holds(int type, enum column column);
 
 /* Unit of the file in cgs; 1 for dimensionless scenes. */
 struct layout_unit { double length, mass, velocity; const char *name; };

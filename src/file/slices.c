@@ -3,20 +3,18 @@
 #include "slices.h"
 #include "comm.h"
 #include "h5.h"
+#include "layout.h"
 #include "mem.h"
 #include "sim.h"
 #include "sort.h"
 #include <math.h>
 #include <string.h>
 
-/* order: rows [from, from + n) by ascending id. Returns the ids, ascending. */
-static uint64_t *sort_ids(const uint64_t *id, int64_t from, int64_t n, int32_t *order)
+/* Brings n rows into the order of their ids. Returns these, ascending. */
+static uint64_t *sort_ids(const uint64_t *id, int64_t n, int32_t *order)
 {
     uint64_t *key = mem_array("files", uint64_t, n);
-    for (int64_t i = 0; i < n; i++) {
-        order[i] = (int32_t)(from + i);
-        key[i] = id[from + i];
-    }
+    for (int64_t i = 0; i < n; i++) key[i] = id[order[i]];
     sort_keys(key, order, n);
     return key;
 }
@@ -79,7 +77,8 @@ static void find_routes(struct slices *s, const uint64_t *key)
     uint64_t *id = mem_array("files", uint64_t, came);
     s->sorted = mem_array("files", int32_t, came);
     comm_exchange(key, out_bytes, id, in_bytes);
-    mem_free(sort_ids(id, 0, came, s->sorted));
+    for (int64_t i = 0; i < came; i++) s->sorted[i] = (int32_t)i;
+    mem_free(sort_ids(id, came, s->sorted));
     mem_free(id);
     mem_free(out_bytes);
     mem_free(end);
@@ -93,17 +92,21 @@ static struct slices first_rank_alone(int64_t rows)
     return s;
 }
 
-struct slices slices_by_id(const struct sim *sim, const struct species *table)
+struct slices slices_by_id(const struct sim *sim, const struct species *table, int type)
 {
-    struct slices s = first_rank_alone(sim->spread ? table->n : species_live(table));
     const int64_t size = comm_size(), from = sim->spread ? table->own : 0;
-    int64_t n = sim->spread ? table->n_own : comm_rank() == 0 ? table->n : 0;
-    if (sim->spread) {
-        for (int64_t r = 0; r < size; r++) s.slice[r] = s.rows * (r + 1) / size - s.rows * r / size;
-        s.n_here = n;
-    }
-    s.order = mem_array("files", int32_t, n);
-    uint64_t *key = sort_ids(table->id, from, n, s.order);      /* those that are gone come last */
+    const int64_t end = sim->spread ? table->own + table->n_own : comm_rank() == 0 ? table->n : 0;
+    int32_t *order = mem_array("files", int32_t, end - from);
+    int64_t n = 0, rows;
+    for (int64_t i = from; i < end; i++)
+        if (!species_gone(table, i) && layout_type_of(table, i) == type) order[n++] = (int32_t)i;
+    rows = n;
+    if (sim->spread) comm_sum_int(&rows, 1);
+    struct slices s = first_rank_alone(rows);
+    for (int64_t r = 0; sim->spread && r < size; r++) s.slice[r] = rows * (r + 1) / size - rows * r / size;
+    s.n_here = n;
+    s.order = order;
+    uint64_t *key = sort_ids(table->id, n, order);
     if (sim->spread) find_routes(&s, key);
     mem_free(key);
     return s;

@@ -18,8 +18,8 @@ struct slices {
     int32_t *sorted;        /* row i of the own slice is the sorted[i]-th of those that came */
 };
 
-/* Rows by ascending id; those that are gone are left out. */
-struct slices slices_by_id(const struct sim *sim, const struct species *table);
+/* Rows of a PartType (layout.h) by ascending id; those that are gone are left out. */
+struct slices slices_by_id(const struct sim *sim, const struct species *table, int type);
 /* Rows as they lie: in the order of their keys. */
 struct slices slices_of_rows(const struct sim *sim, const struct species *table);
 void slices_free(struct slices *slices);

@@ -57,14 +57,18 @@ static void narrow(void *values, int64_t count)
 }
 
 /* What all data sets of a snapshot share. file: the first rank's; NULL on others, which bring in their rows alone. */
-struct writer { struct h5 *file; const struct sim *sim; enum snapshot_precision precision; };
+struct writer { struct h5 *file; const struct sim *sim; enum snapshot_precision precision; int64_t count[LAYOUT_TYPES]; };
 
-static void write_column(const struct writer *w, const struct species *table, enum column column, const struct slices *rows)
+/* The rows of a table that are of one PartType. */
+struct part { const struct species *table; int type; struct slices rows; };
+
+static void write_column(const struct writer *w, const struct part *part, enum column column)
 {
     const struct sim *sim = w->sim;
+    const struct species *table = part->table;
     const struct column_info *info = &column_table[column];
-    const int64_t n = rows->n_here;
-    const int32_t *order = rows->order;
+    const int64_t n = part->rows.n_here;
+    const int32_t *order = part->rows.order;
     bool twice = column == COLUMN_h;
     const char *unit = column_is_element(column) ? "1" : info->unit;
     const char *text = twice ? "radius of the kernel's support, twice the smoothing length" : info->text;
@@ -72,31 +76,32 @@ static void write_column(const struct writer *w, const struct species *table, en
     char kind = info->element_bytes == 1 ? 'b' : info->kind;
     void *values = mem_alloc("files", (size_t)n * species_row_bytes(column));
     species_gather(species_row_bytes(column), species_column(table, column), values, order, n);
-    if (column == COLUMN_pos || column == COLUMN_vel) predict(sim, table, column, rows, values);
+    if (column == COLUMN_pos || column == COLUMN_vel) predict(sim, table, column, &part->rows, values);
     if (column == COLUMN_pos)
         for (int64_t i = 0; i < n; i++) box_wrap(&sim->box, (double *)values + 3 * i);
     if (column_is_element(column))
         for (int64_t i = 0; i < n; i++) ((double *)values)[i] /= table->mass[order[i]];
     layout_scale(kind, values, n * info->components, layout_factor(&sim->units, unit) * (twice ? 2 : 1));
-    snprintf(path, sizeof path, "PartType%d/%s", layout_type[table->kind], info->file_name);
+    snprintf(path, sizeof path, "PartType%d/%s", part->type, info->file_name);
     if (kind == 'd' && w->precision == SNAPSHOT_FLOAT) {
         narrow(values, n * info->components);
         kind = 'f';
     }
-    slices_write_by_id(rows, &(struct slices_set){w->file, path, kind, info->components}, values);
+    slices_write_by_id(&part->rows, &(struct slices_set){w->file, path, kind, info->components}, values);
     if (w->file) describe(w->file, path, sim->units.physical, unit, text);
 }
 
-static void write_temperature(const struct writer *w, const struct species *table, const struct slices *rows)
+static void write_temperature(const struct writer *w, const struct part *part)
 {
+    const struct species *table = part->table;
     if (table->kind != GAS) return;
     char path[100];
     const int64_t from = species_from(table);
-    float *kelvin = mem_array("files", float, species_to(table) - from), *values = mem_array("files", float, rows->n_here);
+    float *kelvin = mem_array("files", float, species_to(table) - from), *values = mem_array("files", float, part->rows.n_here);
     if (layout_temperatures(w->sim, kelvin)) {
-        for (int64_t i = 0; i < rows->n_here; i++) values[i] = kelvin[rows->order[i] - from];
-        snprintf(path, sizeof path, "PartType%d/Temperature", layout_type[table->kind]);
-        slices_write_by_id(rows, &(struct slices_set){w->file, path, 'f', 1}, values);
+        for (int64_t i = 0; i < part->rows.n_here; i++) values[i] = kelvin[part->rows.order[i] - from];
+        snprintf(path, sizeof path, "PartType%d/Temperature", part->type);
+        slices_write_by_id(&part->rows, &(struct slices_set){w->file, path, 'f', 1}, values);
         if (w->file) describe(w->file, path, true, "K", "temperature, P/rho mu m_p / k_B");
     } else {
         mem_free(values);
@@ -104,19 +109,33 @@ static void write_temperature(const struct writer *w, const struct species *tabl
     mem_free(kelvin);
 }
 
-static void write_species(const struct writer *w, const struct species *table)
+static void write_part(const struct writer *w, const struct species *table, int type)
 {
     char group[20];
-    snprintf(group, sizeof group, "PartType%d", layout_type[table->kind]);
+    if (w->count[type] == 0) return;
+    snprintf(group, sizeof group, "PartType%d", type);
     if (w->file) h5_group(w->file, group);
     if (w->file) h5_attr_text(w->file, group, "species", species_names[table->kind]);
-    struct slices rows = slices_by_id(w->sim, table);
+    struct part part = {table, type, slices_by_id(w->sim, table, type)};
     for (int c = 0; c < N_COLUMNS; c++) {
         bool stale = c == COLUMN_pot && !w->sim->fresh_potential;
-        if (*column_table[c].file_name && !stale && species_column(table, c)) write_column(w, table, c, &rows);
+        if (*column_table[c].file_name && !stale && species_column(table, c) && layout_holds(type, (enum column)c))
+            write_column(w, &part, (enum column)c);
     }
-    write_temperature(w, table, &rows);
-    slices_free(&rows);
+    write_temperature(w, &part);
+    slices_free(&part.rows);
+}
+
+/* Rows of each PartType, of all ranks. */
+static void count_rows(struct writer *w)
+{
+    for (int s = 0; s < N_SPECIES; s++) {
+        const struct species *table = &w->sim->species[s];
+        const int64_t from = w->sim->spread ? table->own : 0, end = w->sim->spread ? table->own + table->n_own : table->n;
+        for (int64_t i = from; i < end; i++)
+            if (!species_gone(table, i)) w->count[layout_type_of(table, i)]++;
+    }
+    if (w->sim->spread) comm_sum_int(w->count, LAYOUT_TYPES);
 }
 
 static void write_units(struct h5 *file, const struct sim *sim, const char *group)
@@ -148,7 +167,7 @@ static void write_header(const struct writer *w)
     static const char *const names[] = {"NumPart_ThisFile", "NumPart_Total"};
     static const char *const flags[] = {"Flag_Sfr", "Flag_Cooling", "Flag_StellarAge", "Flag_Metals",
                                         "Flag_Feedback"};
-    for (int s = 0; s < N_SPECIES; s++) count[layout_type[s]] = (uint64_t)species_live(&sim->species[s]);
+    for (int t = 0; t < LAYOUT_TYPES; t++) count[t] = (uint64_t)w->count[t];
     double now = timeline_now(&sim->time);
     h5_group(file, "Header");
     for (int i = 0; i < 2; i++) h5_attr_uints(file, "Header", names[i], count, LAYOUT_TYPES);
@@ -194,9 +213,10 @@ void snapshot_write(const struct sim *sim, const char *path, enum snapshot_preci
 {
     const bool first = comm_rank() == 0;
     if (!first && !sim->spread) return;
-    const struct writer writer = {first ? h5_create(path) : NULL, sim, precision};
+    struct writer writer = {.file = first ? h5_create(path) : NULL, .sim = sim, .precision = precision};
+    count_rows(&writer);
     if (first) write_head(&writer);
-    for (int s = 0; s < N_SPECIES; s++)
-        if (species_live(&sim->species[s]) > 0) write_species(&writer, &sim->species[s]);
+    for (int s = 0; s < N_SPECIES; s++) write_part(&writer, &sim->species[s], layout_type[s]);
+    write_part(&writer, &sim->species[STAR], LAYOUT_HOLES);
     if (first) h5_close(writer.file);
 }

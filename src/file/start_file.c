@@ -238,7 +238,7 @@ static void fill_missing(const struct group *g)
     }
     if (!find(g, "Velocities", path))
         log_line("%s: PartType%d has no Velocities: at rest", r->path, g->type);
-    if (g->type == LAYOUT_HOLES && table->hole && !find(g, "BlackHole", path))
+    if (g->type == LAYOUT_HOLES && table->hole && !find(g, "BlackHole", path) && !find(g, "Sink", path))
         memset(table->hole + first, 1, (size_t)g->part.n);
     if (table->kind != GAS || !table->u || find(g, "InternalEnergy", path)) return;
     float *u = table->u + first;
@@ -362,7 +362,7 @@ void start_file_need_all(struct sim *sim, const char *path)
         g.table = &sim->species[kind];
         for (int c = 0; c < N_COLUMNS; c++)
             if (is_read(c) && find(&g, column_table[c].file_name, text)) species_need(g.table, (enum column)c);
-        if (t == LAYOUT_HOLES) species_need(g.table, COLUMN_hole);
+        if (t == LAYOUT_HOLES && !find(&g, "Sink", text)) species_need(g.table, COLUMN_hole);
     }
     h5_close(reader.file);
 }
