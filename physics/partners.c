@@ -25,7 +25,7 @@ struct group {
 };
 
 /* Clouds near a group: what the search needs of their states now, a column each. */
-struct near { int32_t *row; double *pos[3], *vel[3], *radius; int32_t n, capacity; };
+struct near { int32_t *row; double *pos[3], *vel[3], *radius, *met2; int32_t n, capacity; };
 
 struct search {
     const struct sim *sim;
@@ -153,6 +153,7 @@ static void resize_near(struct near *near, int32_t capacity)
     near->capacity = capacity;
     near->row = mem_resize("clouds", near->row, (size_t)capacity * sizeof *near->row);
     near->radius = mem_resize("clouds", near->radius, bytes);
+    near->met2 = mem_resize("clouds", near->met2, bytes);
     for (int k = 0; k < 3; k++) {
         near->pos[k] = mem_resize("clouds", near->pos[k], bytes);
         near->vel[k] = mem_resize("clouds", near->vel[k], bytes);
@@ -163,6 +164,7 @@ static void free_near(struct near *near)
 {
     mem_free(near->row);
     mem_free(near->radius);
+    mem_free(near->met2);
     for (int k = 0; k < 3; k++) {
         mem_free(near->pos[k]);
         mem_free(near->vel[k]);
@@ -226,21 +228,21 @@ static void take_images(const struct sim *sim, const struct body *own, const str
 }
 
 /* The largest relative speed of those that can have come within reach within the span: r < a + span v, a the sum of the radii, or,
- * without roots, d = r^2 - a^2 - (span v)^2 < 0 or d^2 < (2 a span v)^2. Its own row is at rest against it. */
-static double fastest(const struct near *near, const struct body *own, double span)
+ * without roots, d = r^2 - a^2 - (span v)^2 < 0 or d^2 < (2 a span v)^2. Its own row is at rest against it. Two loops, since that of
+ * pairs alone is one of vectors with any compiler. */
+static double fastest(struct near *near, const struct body *own, double span)
 {
     const double *x = near->pos[0], *y = near->pos[1], *z = near->pos[2], span2 = span * span;
     const double *u = near->vel[0], *v = near->vel[1], *w = near->vel[2], *radius = near->radius;
-    double most2 = 0;
-#pragma omp simd reduction(max : most2)
+    double *met2 = near->met2, most2 = 0;
     for (int32_t j = 0; j < near->n; j++) {
         const double rx = x[j] - own->pos[0], ry = y[j] - own->pos[1], rz = z[j] - own->pos[2];
         const double vx = u[j] - own->vel[0], vy = v[j] - own->vel[1], vz = w[j] - own->vel[2];
         const double a = own->radius + radius[j], v2 = vx * vx + vy * vy + vz * vz, way2 = span2 * v2;
         const double d = rx * rx + ry * ry + rz * rz - a * a - way2;
-        const double met2 = (d < 0) | (d * d < 4 * a * a * way2) ? v2 : 0;
-        most2 = met2 > most2 ? met2 : most2;
+        met2[j] = ((d < 0) | (d * d < 4 * a * a * way2)) ? v2 : 0;
     }
+    for (int32_t j = 0; j < near->n; j++) most2 = met2[j] > most2 ? met2[j] : most2;
     return sqrt(most2);
 }
 
