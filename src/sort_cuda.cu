@@ -102,10 +102,10 @@ bool tree_engine_rows(struct tree_engine *e, const struct timeline *time, const 
         *t = (struct tree_table){};
         t->n = r->n;
         if (r->n == 0) continue;
-        t->pos = &r->pos[0][0];
-        t->vel = &r->vel[0][0];
+        t->pos = (const double *)r->pos;
+        t->vel = (const double *)r->vel;
         t->mass = r->mass;
-        t->acc = &r->acc[0][0];
+        t->acc = (const float *)r->acc;
         t->id = r->id;
         t->rung = r->rung;
         t->rung0 = r->rung0;
