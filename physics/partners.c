@@ -228,8 +228,8 @@ static void take_images(const struct sim *sim, const struct body *own, const str
 }
 
 /* The largest relative speed of those that can have come within reach within the span: r < a + span v, a the sum of the radii, or,
- * without roots, d = r^2 - a^2 - (span v)^2 < 0 or d^2 < (2 a span v)^2. Its own row is at rest against it. Two loops, since that of
- * pairs alone is one of vectors with any compiler. */
+ * without roots, d = r^2 - a^2 - (span v)^2 < 0 or d^2 < (2 a span v)^2. Its own row is at rest against it. Two loops:
+ * that of pairs alone is one of vectors with any compiler. */
 static double fastest(struct near *near, const struct body *own, double span)
 {
     const double *x = near->pos[0], *y = near->pos[1], *z = near->pos[2], span2 = span * span;
